@@ -1,0 +1,70 @@
+# Functions that keep every module, program and test to one line: a module is a folder.
+include_guard()
+
+add_library(topoloc_options INTERFACE)
+target_compile_features(topoloc_options INTERFACE cxx_std_20)
+target_compile_options(topoloc_options INTERFACE -Wall -Wextra -Wconversion -Wshadow -Werror)
+# Same input, same output, bit for bit, on every x86-64 or arm64 machine: no fused multiply-add.
+target_compile_options(topoloc_options INTERFACE -ffp-contract=off)
+if(TOPOLOC_SANITIZE)
+  target_compile_options(topoloc_options INTERFACE -fsanitize=${TOPOLOC_SANITIZE}
+                                                   -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(topoloc_options INTERFACE -fsanitize=${TOPOLOC_SANITIZE})
+endif()
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
+endif()
+set(CMAKE_CXX_FLAGS_RELEASE "-O2 -g1 -DNDEBUG")
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+find_program(CCACHE ccache)
+if(CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+endif()
+
+# topoloc_module(<name> [PUBLIC libs...] [PRIVATE libs...]): library topoloc::<name> from
+# src/<name>/*.cpp, public headers in include/topoloc/<name>/.
+function(topoloc_module name)
+  cmake_parse_arguments(ARG "" "" "PUBLIC;PRIVATE" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/${name}/*.cpp)
+  set(target topoloc_${name})
+  if(sources)
+    add_library(${target} STATIC ${sources})
+    target_include_directories(${target} PUBLIC ${CMAKE_SOURCE_DIR}/include
+                                         PRIVATE ${CMAKE_SOURCE_DIR}/src)
+    target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE topoloc_options ${ARG_PRIVATE})
+    target_compile_features(${target} PUBLIC cxx_std_20)
+  else()
+    add_library(${target} INTERFACE)
+    target_include_directories(${target} INTERFACE ${CMAKE_SOURCE_DIR}/include)
+    target_link_libraries(${target} INTERFACE ${ARG_PUBLIC})
+  endif()
+  add_library(topoloc::${name} ALIAS ${target})
+endfunction()
+
+# topoloc_app(<program> libs...): apps/<program>/*.cpp becomes build/<preset>/bin/<program>.
+function(topoloc_app program)
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/apps/${program}/*.cpp)
+  if(NOT sources)
+    return()
+  endif()
+  add_executable(${program} ${sources})
+  target_link_libraries(${program} PRIVATE topoloc_options ${ARGN} CLI11::CLI11 spdlog::spdlog)
+  target_compile_definitions(${program} PRIVATE TOPOLOC_VERSION="${PROJECT_VERSION}"
+                                                TOPOLOC_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
+endfunction()
+
+# topoloc_test(<kind> <module> libs...): tests/<kind>/<module>/*.cpp becomes test <kind>_<module>.
+function(topoloc_test kind module)
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/${kind}/${module}/*.cpp)
+  if(NOT sources)
+    return()
+  endif()
+  set(target ${kind}_${module})
+  add_executable(${target} ${sources})
+  target_include_directories(${target} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
+  target_link_libraries(${target} PRIVATE topoloc_options ${ARGN} GTest::gtest_main GTest::gmock)
+  target_compile_definitions(${target} PRIVATE TOPOLOC_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
+                                               TOPOLOC_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+  add_test(NAME ${target} COMMAND ${target})
+  set_tests_properties(${target} PROPERTIES LABELS ${kind} TIMEOUT 900)
+endfunction()

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/geometry/camera.hpp"
+
+#include <cmath>
+
+#include <Eigen/LU>
+
+namespace topoloc {
+namespace {
+
+/// Distorted normalised coordinates of undistorted ones.
+Eigen::Vector2d distort(const CameraCalibration& camera, const Eigen::Vector2d& m) {
+  const auto& k = camera.coefficients;
+  const double x = m.x();
+  const double y = m.y();
+  const double r2 = x * x + y * y;
+  switch (camera.distortion) {
+    case Distortion::kNone:
+      break;
+    case Distortion::kRadTan: {
+      const double radial = 1.0 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
+      return {x * radial + 2.0 * k[2] * x * y + k[3] * (r2 + 2.0 * x * x),
+              y * radial + k[2] * (r2 + 2.0 * y * y) + 2.0 * k[3] * x * y};
+    }
+    case Distortion::kEquidistant: {
+      const double r = std::sqrt(r2);
+      if (r < 1e-9) {
+        break;
+      }
+      const double theta = std::atan(r);
+      const double t2 = theta * theta;
+      const double theta_d = theta * (1.0 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3]))));
+      return m * (theta_d / r);
+    }
+  }
+  return m;
+}
+
+}  // namespace
+
+Eigen::Vector2d CameraCalibration::project(const Eigen::Vector3d& q_cam) const {
+  const Eigen::Vector2d d = distort(*this, q_cam.head<2>() / q_cam.z());
+  return {pinhole.fx_px * d.x() + pinhole.cx_px, pinhole.fy_px * d.y() + pinhole.cy_px};
+}
+
+std::optional<Eigen::Vector3d> CameraCalibration::unproject(const Eigen::Vector2d& pixel_px) const {
+  const Eigen::Vector2d target = pinhole.ray(pixel_px).head<2>();
+  // Newton with a numeric Jacobian: the same loop serves every lens model.
+  constexpr int kMaxIterations = 20;
+  constexpr double kStep = 1e-6;
+  constexpr double kTolerance = 1e-11;
+  Eigen::Vector2d m = target;
+  for (int i = 0; i < kMaxIterations; ++i) {
+    const Eigen::Vector2d error = distort(*this, m) - target;
+    if (error.norm() < kTolerance) {
+      return Eigen::Vector3d(m.x(), m.y(), 1.0);
+    }
+    Eigen::Matrix2d J;
+    for (int axis = 0; axis < 2; ++axis) {
+      const Eigen::Vector2d step = kStep * Eigen::Vector2d::Unit(axis);
+      J.col(axis) = (distort(*this, m + step) - distort(*this, m - step)) / (2.0 * kStep);
+    }
+    if (std::abs(J.determinant()) < 1e-9) {
+      return std::nullopt;
+    }
+    m -= J.inverse() * error;
+    if (!m.allFinite()) {
+      return std::nullopt;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace topoloc
