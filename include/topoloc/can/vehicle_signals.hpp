@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#pragma once
+
+#include "topoloc/can/dbc.hpp"
+#include "topoloc/can/frame.hpp"
+#include "topoloc/estimation/measurements.hpp"
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace topoloc::can {
+
+/// Which of the IMU's frames gives the sample its time stamp.
+enum class ImuTimeSource : std::uint8_t { kAngularRate, kAcceleration };
+
+/// Where IMU, wheel speeds and direction of travel are on the bus. Signals are "MESSAGE.SIGNAL" of
+/// the DBC. Empty interface: any. Empty unit: the DBC's unit, which must then be a known one.
+struct VehicleSignalsConfig {
+  std::filesystem::path dbc;
+
+  struct Imu {
+    std::array<std::string, 3> acceleration;  ///< x, y, z of the IMU frame; all empty: no IMU
+    std::array<std::string, 3> angular_rate;  ///< x, y, z
+    std::string acceleration_unit;
+    std::string angular_rate_unit;
+    /// Counter signals that pair frames, one for each message that holds IMU signals (they may be
+    /// of different lengths only if they count alike). Empty: frames are paired by time.
+    std::vector<std::string> counters;
+    /// Largest time between frames of one sample. Below half the sample period the first partner
+    /// within it is also the nearest.
+    std::int64_t pairing_tolerance_ns = 2'000'000;
+    ImuTimeSource time_source = ImuTimeSource::kAngularRate;
+    std::string interface;
+  } imu;
+
+  struct Wheels {
+    std::vector<std::string> speeds;  ///< their mean is the speed; at most kMaxWheels; may be none
+    std::string unit;
+    std::int64_t pairing_tolerance_ns = 10'000'000;  ///< where they are spread over frames
+    std::string interface;
+  } wheels;
+
+  struct Direction {
+    std::string signal;  ///< gear or direction of travel; empty: speeds are signed or never reverse
+    std::vector<std::string> reverse_values;  ///< raw numbers or VAL_ names that mean reverse
+    std::string interface;
+  } direction;
+
+  /// Reject values outside the DBC's [min|max]. Some published files state wrong limits.
+  bool check_limits = true;
+};
+
+inline constexpr std::size_t kMaxWheels = 4;
+
+/// Why a frame, or what it carried, was not used.
+enum class SignalReject : std::uint8_t {
+  kNotDataFrame,       ///< remote or error frame with a configured id
+  kTooShort,           ///< payload ends before the signal does
+  kMultiplexMismatch,  ///< none of the configured signals is in this frame of its message
+  kOutOfLimits,        ///< outside the DBC's [min|max]
+  kNotFinite,          ///< float signal that is NaN or infinite
+  kNonMonotonicTime,   ///< older than the sensor's previous frame, or same time as its last sample
+  kUnpaired,           ///< partner frame lost, counter differs or too far apart in time
+};
+inline constexpr std::size_t kSignalRejectCount = 7;
+std::string_view name(SignalReject reason);
+
+/// What one frame completed.
+struct VehicleSamples {
+  std::optional<estimation::ImuSample> imu;
+  std::optional<estimation::SpeedSample> speed;
+};
+
+/// Turns CAN frames into IMU and speed samples.
+class VehicleSignals {
+ public:
+  /// Loads the DBC. Throws std::runtime_error on an unknown signal or unit, on signals that can
+  /// never be in one sample, and on a configuration without any sensor.
+  explicit VehicleSignals(const VehicleSignalsConfig& config);
+  ~VehicleSignals();
+  VehicleSignals(VehicleSignals&&) noexcept;
+  VehicleSignals& operator=(VehicleSignals&&) noexcept;
+
+  /// Frames in the order of their arrival. Never allocates, never throws. Frames of other ids or
+  /// interfaces cost a binary search and are no rejects. Until the first direction frame the
+  /// vehicle is taken to drive forward.
+  VehicleSamples feed(const Frame& frame) noexcept;
+
+  [[nodiscard]] std::uint64_t rejected(SignalReject reason) const;
+  [[nodiscard]] std::uint64_t rejected_total() const;
+
+ private:
+  struct Table;
+  std::unique_ptr<Table> table_;
+};
+
+}  // namespace topoloc::can
