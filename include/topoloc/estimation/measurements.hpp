@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -53,6 +54,15 @@ struct MapMatchSet {
   std::array<MatchedNode, kMaxMatchedNodes> nodes;
   int match_count = 0;
   std::vector<MapMatch> matches = std::vector<MapMatch>(kMaxMatches);  ///< never resized
+
+  /// Copies what is in use, without allocation.
+  void assign(const MapMatchSet& other) {
+    frame_time_ns = other.frame_time_ns;
+    node_count = other.node_count;
+    nodes = other.nodes;
+    match_count = other.match_count;
+    std::copy_n(other.matches.begin(), match_count, matches.begin());
+  }
 };
 
 }  // namespace topoloc::estimation

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#pragma once
+
+#include "topoloc/estimation/fusion_history.hpp"
+#include "topoloc/estimation/standstill.hpp"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+namespace topoloc::estimation {
+
+/// Uncertainty of the state when the filter starts (one standard deviation).
+struct InitialUncertainty {
+  double position_m = 1.0;     ///< per axis
+  double attitude_rad = 0.05;  ///< per axis
+  double velocity_mps = 0.5;   ///< per axis; with no wheel speed `velocity_unknown_mps`
+  double velocity_unknown_mps = 10.0;
+  double accel_bias_mps2 = 0.1;
+  double gyro_bias_radps = 0.005;
+  double gravity_mps2 = 0.02;
+};
+
+/// When the filter says how well it is doing, and when it doubts itself.
+struct HealthConfig {
+  double fix_timeout_s = 1.0;        ///< longer without an accepted map update: dead reckoning
+  double lost_position_std_m = 5.0;  ///< horizontal standard deviation above this: lost
+  double max_imu_gap_s = 0.25;       ///< longer steps between IMU samples are reported
+  double speed_timeout_s = 0.5;      ///< longer without a wheel speed is reported
+  int rejections_before_doubt = 5;   ///< so many frames in a row contradict the prediction:
+  double doubt_position_m = 1.0;     ///< the pose is given this much more uncertainty
+  double doubt_attitude_rad = 0.03;
+};
+
+struct EstimatorConfig {
+  FilterModels models;
+  HistoryConfig history;
+  InitialUncertainty initial;
+  HealthConfig health;
+  double gravity_mps2 = 9.81;
+  bool use_speed = true;
+};
+
+/// Where the vehicle is said to be at the start; uncertainty from InitialUncertainty.
+struct InitialPose {
+  std::int64_t time_ns = 0;
+  RigidTransform T_world_imu;
+};
+
+/// What arrived since the last tick. Pointers stay valid for the call only.
+struct TickInputs {
+  std::span<const ImuSample> imu;
+  std::span<const SpeedSample> speed;
+  std::span<const MapMatchSet* const> matches;
+  std::optional<InitialPose> initial_pose;  ///< (re)starts the filter
+};
+
+enum class Mode : std::uint8_t {
+  kUninitialised,  ///< waits for an initial pose, inertial data and a wheel speed
+  kTracking,       ///< recent map fix
+  kDeadReckoning,  ///< no accepted map fix for fix_timeout_s
+  kLost,           ///< horizontal uncertainty above lost_position_std_m
+};
+const char* name(Mode mode);
+
+/// Why the mode is not better; bits of Estimate::reasons.
+namespace reason {
+inline constexpr std::uint32_t kNoImu = 1U << 0;           ///< no IMU sample within max_imu_gap_s
+inline constexpr std::uint32_t kImuGap = 1U << 1;          ///< last step between samples too long
+inline constexpr std::uint32_t kNoSpeed = 1U << 2;         ///< no wheel speed in speed_timeout_s
+inline constexpr std::uint32_t kNoMapFix = 1U << 3;        ///< none accepted in fix_timeout_s
+inline constexpr std::uint32_t kMapContradicts = 1U << 4;  ///< the last match sets were rejected
+inline constexpr std::uint32_t kUncertain = 1U << 5;       ///< above lost_position_std_m
+}  // namespace reason
+
+/// Everything taken in or turned away, since the start.
+struct Counters {
+  std::array<std::uint64_t, kInsertVerdictCount> imu{};  ///< by InsertVerdict
+  std::array<std::uint64_t, kInsertVerdictCount> speed{};
+  std::array<std::uint64_t, kInsertVerdictCount> matches{};
+  std::uint64_t before_start = 0;  ///< data that came before the filter had started
+  std::uint64_t speed_gate_rejected = 0;
+  std::uint64_t map_accepted = 0;
+  std::uint64_t map_rejected = 0;
+  std::uint64_t imu_gaps = 0;
+  std::uint64_t doubts = 0;  ///< times the pose was given more uncertainty
+};
+
+/// State of now, with what is needed to judge it.
+struct Estimate {
+  std::int64_t time_ns = 0;
+  Mode mode = Mode::kUninitialised;
+  std::uint32_t reasons = 0;
+  NominalState state;
+  Covariance P = Covariance::Zero();
+  double since_fix_s = 0.0;  ///< age of the last accepted map fix (frame time)
+  double since_fix_m = 0.0;  ///< way travelled since
+  double last_jump_m = 0.0;  ///< position step of the last accepted map fix
+  Counters counters;
+};
+
+/// The estimator: takes what arrived in a tick, gives the state of now. It has no clock of its own,
+/// does not allocate after construction and does not throw: the same calls give the same result.
+class Estimator {
+ public:
+  explicit Estimator(const EstimatorConfig& config);
+
+  const Estimate& tick(std::int64_t now_ns, const TickInputs& inputs);
+
+  /// Outcome of the match sets that were applied in the last tick.
+  [[nodiscard]] std::span<const MapUpdateReport> map_reports() const;
+
+  /// State at a past or future time, for the matcher; nothing before the start or the history.
+  std::optional<NominalState> state_at(std::int64_t time_ns, Covariance& P) const;
+
+ private:
+  void start_if_ready();
+  void take_imu(const ImuSample& sample);
+  void take_speed(const SpeedSample& sample);
+  void take_matches(const MapMatchSet& set);
+  void inflate_for_reuse(MapMatchSet& set);
+  void read_reports();
+  void judge(std::int64_t now_ns);
+
+  EstimatorConfig config_;
+  FusionHistory history_;
+  StandstillDetector standstill_;
+  Estimate estimate_;
+  std::optional<InitialPose> initial_pose_;
+  std::optional<ImuSample> last_imu_;
+  std::optional<SpeedSample> last_speed_;
+  std::array<MapUpdateReport, 64> reports_{};
+  std::size_t report_count_ = 0;
+  MapMatchSet scratch_;  ///< match set with reuse taken into account
+  /// How often the nodes used lately were used.
+  struct NodeUse {
+    std::uint32_t node_id = 0;
+    int uses = 0;
+  };
+  std::array<NodeUse, 16> node_uses_{};
+  std::size_t next_node_use_ = 0;
+  std::int64_t last_fix_ns_ = 0;
+  Eigen::Vector3d travelled_from_ = Eigen::Vector3d::Zero();
+  bool imu_gap_ = false;
+  int consecutive_rejections_ = 0;
+};
+
+}  // namespace topoloc::estimation

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#pragma once
+
+#include "topoloc/estimation/map_update.hpp"
+#include "topoloc/estimation/measurements.hpp"
+#include "topoloc/estimation/propagation.hpp"
+#include "topoloc/estimation/speed_measurement.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace topoloc::estimation {
+
+/// Every model the filter uses.
+struct FilterModels {
+  ImuNoise imu;
+  double imu_rate_hz = 100.0;  ///< turns the gyroscope's density into the noise of one sample
+  SpeedModel speed;
+  StandstillModel standstill;
+  CameraModel camera;
+  MapUpdateConfig map_update;
+};
+
+struct HistoryConfig {
+  double duration_s = 1.0;    ///< how late a measurement may arrive
+  int capacity = 1024;        ///< events kept, all sensors together
+  int map_capacity = 16;      ///< match sets kept
+  int pending_capacity = 64;  ///< events that wait for inertial data to reach their time
+};
+
+enum class InsertVerdict {
+  kInserted,      ///< applied, or waiting for inertial data up to its time
+  kNotFinite,     ///< NaN or infinite value
+  kNotMonotonic,  ///< IMU sample not later than the one before
+  kDuplicate,     ///< same sensor and time as one already there
+  kTooOld,        ///< before the oldest state kept
+  kPendingFull,   ///< too many events wait for inertial data
+};
+inline constexpr int kInsertVerdictCount = 6;
+const char* name(InsertVerdict verdict);
+
+/// Outcome of one match set, told once, when it was first applied.
+struct MapUpdateReport {
+  std::int64_t frame_time_ns = 0;
+  std::uint32_t first_node_id = 0;
+  int node_count = 0;
+  double jump_m = 0.0;  ///< how far the update moved the position at the frame's time
+  MapUpdateResult result;
+};
+
+/// Fusion with measurements that arrive late, at their own time (every camera filter's problem).
+///
+/// Keeps the last second of events (IMU samples, speeds, match sets) in the order of their time,
+/// each with the state after it. An event that arrives late is put in its place and everything
+/// after it is computed again, so the result depends on the events and not on when they arrived.
+/// An event between two IMU samples splits their interval: the sample at its time is interpolated.
+/// An event newer than the newest IMU sample waits until inertial data reaches its time.
+///
+/// Propagation between neighbouring events takes the mean of the two inertial values (midpoint).
+/// All memory is allocated by the constructor; no function throws.
+class FusionHistory {
+ public:
+  FusionHistory(const FilterModels& models, const HistoryConfig& config);
+
+  /// Forgets everything and starts from a state at the time of an IMU sample.
+  void reset(const ImuSample& imu, const NominalState& x, const Covariance& P);
+
+  InsertVerdict add_imu(const ImuSample& sample);
+  /// `standing`: apply the zero-velocity measurement instead of the speed.
+  InsertVerdict add_speed(const SpeedSample& sample, bool standing);
+  InsertVerdict add_matches(const MapMatchSet& set);
+  /// Adds independent uncertainty to the pose just before the match set of that time is applied.
+  InsertVerdict add_pose_uncertainty(std::int64_t time_ns, double theta_std_rad, double p_std_m);
+
+  [[nodiscard]] bool empty() const { return size_ == 0; }
+  [[nodiscard]] int size() const { return size_; }
+  [[nodiscard]] std::int64_t oldest_time_ns() const { return event(0).time_ns; }
+  [[nodiscard]] std::int64_t newest_time_ns() const { return event(size_ - 1).time_ns; }
+  [[nodiscard]] const NominalState& newest_state() const { return state(size_ - 1); }
+  [[nodiscard]] const Covariance& newest_covariance() const { return covariance(size_ - 1); }
+
+  /// State at a later time, the newest inertial value held. Time before the newest event: that
+  /// event's.
+  void predict(std::int64_t time_ns, NominalState& x, Covariance& P) const;
+  /// State at a time inside the history; nothing if it lies before. Later times: as predict().
+  std::optional<NominalState> state_at(std::int64_t time_ns, Covariance& P) const;
+
+  /// Reports not yet told, oldest first; `clear_reports` marks them as told.
+  [[nodiscard]] int report_count() const { return report_count_; }
+  [[nodiscard]] const MapUpdateReport& report(int i) const {
+    return reports_[static_cast<std::size_t>(i)];
+  }
+  void clear_reports() { report_count_ = 0; }
+
+  /// Speeds whose innovation failed its gate (wheel slip, or a wrong velocity), counted once each.
+  [[nodiscard]] std::uint64_t speeds_rejected() const { return speeds_rejected_; }
+
+ private:
+  /// Events of one time are applied in this order.
+  enum class Kind : std::uint8_t { kImu, kSpeed, kStandstill, kPoseUncertainty, kMap };
+  struct Event {
+    std::int64_t time_ns = 0;
+    Kind kind = Kind::kImu;
+    bool told = false;  ///< its report was made
+    int map_slot = -1;
+    double speed_mps = 0.0;                                    ///< kSpeed
+    double theta_std_rad = 0.0;                                ///< kPoseUncertainty
+    double p_std_m = 0.0;                                      ///< kPoseUncertainty
+    Eigen::Vector3d specific_force = Eigen::Vector3d::Zero();  ///< at its time, interpolated
+    Eigen::Vector3d angular_rate = Eigen::Vector3d::Zero();
+  };
+
+  static bool before(const Event& a, const Event& b);
+  static bool duplicates(const Event& a, const Event& b);
+  [[nodiscard]] std::size_t ring(int i) const {
+    return static_cast<std::size_t>((first_ + i) % config_.capacity);
+  }
+  [[nodiscard]] Event& event(int i) { return events_[ring(i)]; }
+  [[nodiscard]] const Event& event(int i) const { return events_[ring(i)]; }
+  [[nodiscard]] const NominalState& state(int i) const { return states_[ring(i)]; }
+  [[nodiscard]] const Covariance& covariance(int i) const { return covariances_[ring(i)]; }
+
+  InsertVerdict insert(const Event& e);
+  InsertVerdict wait_for_inertial(const Event& e);
+  void append(const Event& e);
+  void drop_oldest();
+  void drop_expired();
+  int take_map_slot();
+  void interpolate_inertial(int i);
+  void compute_from(int i);
+  void apply(Event& e, NominalState& x, Covariance& P);
+  void make_report(const Event& e, double jump_m, const MapUpdateResult& result);
+  void propagate_to(std::int64_t time_ns, int i, const Event& to, NominalState& x,
+                    Covariance& P) const;
+
+  FilterModels models_;
+  HistoryConfig config_;
+  MapUpdate map_update_;
+  double gyro_std_radps_;
+  int first_ = 0;
+  int size_ = 0;
+  std::vector<Event> events_;
+  std::vector<NominalState> states_;
+  std::vector<Covariance> covariances_;
+  std::vector<Event> pending_;  ///< sorted; capacity reserved
+  std::vector<MapMatchSet> map_sets_;
+  std::vector<int> free_map_slots_;  ///< capacity reserved
+  std::vector<MapUpdateReport> reports_;
+  int report_count_ = 0;
+  std::uint64_t speeds_rejected_ = 0;
+};
+
+}  // namespace topoloc::estimation

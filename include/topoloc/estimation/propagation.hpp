@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#pragma once
+
+#include "topoloc/estimation/measurements.hpp"
+#include "topoloc/estimation/state.hpp"
+
+namespace topoloc::estimation {
+
+/// IMU noise as continuous-time densities (Kalibr's units and names).
+struct ImuNoise {
+  double accel_noise_density = 2e-2;  ///< [m/s^2/sqrt(Hz)]
+  double gyro_noise_density = 5e-4;   ///< [rad/s/sqrt(Hz)]
+  double accel_random_walk = 1e-3;    ///< [m/s^3/sqrt(Hz)]
+  double gyro_random_walk = 1e-5;     ///< [rad/s^2/sqrt(Hz)]
+};
+
+/// Specific force and angular rate taken as constant over one propagation step, biases not removed.
+struct InertialInput {
+  Eigen::Vector3d specific_force_mps2;
+  Eigen::Vector3d angular_rate_radps;
+};
+
+/// Nominal state after dt_s (L1, eq_imunominal with gravity: errata).
+NominalState propagate_state(const NominalState& x, const InertialInput& u, double dt_s);
+
+/// Discrete error-state transition F_x (eq_errors with the errata: gravity, carry-over of biases,
+/// acceleration terms in the position row, J_r in the gyro-bias column).
+Covariance transition_matrix(const NominalState& x, const InertialInput& u, double dt_s);
+
+/// Discrete process noise F_n Q_n F_n^T of the continuous densities over dt_s.
+Covariance process_noise(const ImuNoise& noise, double dt_s);
+
+/// P <- F_x P F_x^T + F_n Q_n F_n^T (eq_pred2), using the block structure of F_x: a quarter of the
+/// work of the dense product, same result to rounding.
+void propagate_covariance(const NominalState& x, const InertialInput& u, const ImuNoise& noise,
+                          double dt_s, Covariance& P);
+
+}  // namespace topoloc::estimation

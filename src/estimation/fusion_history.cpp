@@ -1,0 +1,358 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/estimation/fusion_history.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace topoloc::estimation {
+
+using namespace error_index;
+
+namespace {
+
+double seconds(std::int64_t duration_ns) { return static_cast<double>(duration_ns) * 1e-9; }
+
+}  // namespace
+
+const char* name(InsertVerdict verdict) {
+  switch (verdict) {
+    case InsertVerdict::kInserted:
+      return "inserted";
+    case InsertVerdict::kNotFinite:
+      return "not_finite";
+    case InsertVerdict::kNotMonotonic:
+      return "not_monotonic";
+    case InsertVerdict::kDuplicate:
+      return "duplicate";
+    case InsertVerdict::kTooOld:
+      return "too_old";
+    case InsertVerdict::kPendingFull:
+      return "pending_full";
+  }
+  return "unknown";
+}
+
+FusionHistory::FusionHistory(const FilterModels& models, const HistoryConfig& config)
+    : models_(models),
+      config_(config),
+      map_update_(models.camera, models.map_update),
+      gyro_std_radps_(models.imu.gyro_noise_density * std::sqrt(models.imu_rate_hz)),
+      events_(static_cast<std::size_t>(config.capacity)),
+      states_(static_cast<std::size_t>(config.capacity)),
+      covariances_(static_cast<std::size_t>(config.capacity), Covariance::Zero()),
+      map_sets_(static_cast<std::size_t>(config.map_capacity)),
+      reports_(static_cast<std::size_t>(config.map_capacity)) {
+  pending_.reserve(static_cast<std::size_t>(config.pending_capacity));
+  free_map_slots_.reserve(static_cast<std::size_t>(config.map_capacity));
+}
+
+void FusionHistory::reset(const ImuSample& imu, const NominalState& x, const Covariance& P) {
+  first_ = 0;
+  size_ = 1;
+  pending_.clear();
+  free_map_slots_.clear();
+  for (int slot = 0; slot < config_.map_capacity; ++slot) {
+    free_map_slots_.push_back(slot);
+  }
+  events_[0] = Event{.time_ns = imu.time_ns,
+                     .kind = Kind::kImu,
+                     .specific_force = imu.specific_force_mps2,
+                     .angular_rate = imu.angular_rate_radps};
+  states_[0] = x;
+  covariances_[0] = P;
+}
+
+// --- What comes in -------------------------------------------------------------------------------
+
+InsertVerdict FusionHistory::add_imu(const ImuSample& sample) {
+  if (!sample.specific_force_mps2.allFinite() || !sample.angular_rate_radps.allFinite()) {
+    return InsertVerdict::kNotFinite;
+  }
+  // Everything in the history lies at or before the newest IMU sample.
+  if (sample.time_ns <= newest_time_ns()) {
+    return InsertVerdict::kNotMonotonic;
+  }
+  const Event imu{.time_ns = sample.time_ns,
+                  .kind = Kind::kImu,
+                  .specific_force = sample.specific_force_mps2,
+                  .angular_rate = sample.angular_rate_radps};
+  // What waited for this sample takes its place before it, or after it at the same time.
+  int appended = 1;
+  auto waiting = pending_.begin();
+  for (; waiting != pending_.end() && before(*waiting, imu); ++waiting, ++appended) {
+    append(*waiting);
+  }
+  append(imu);
+  for (; waiting != pending_.end() && waiting->time_ns == imu.time_ns; ++waiting, ++appended) {
+    append(*waiting);
+  }
+  pending_.erase(pending_.begin(), waiting);
+
+  const int first_new = size_ - appended;
+  for (int i = first_new; i < size_; ++i) {
+    interpolate_inertial(i);
+  }
+  compute_from(first_new);
+  drop_expired();
+  return InsertVerdict::kInserted;
+}
+
+InsertVerdict FusionHistory::add_speed(const SpeedSample& sample, bool standing) {
+  if (!std::isfinite(sample.speed_mps)) {
+    return InsertVerdict::kNotFinite;
+  }
+  return insert(Event{.time_ns = sample.time_ns,
+                      .kind = standing ? Kind::kStandstill : Kind::kSpeed,
+                      .speed_mps = sample.speed_mps});
+}
+
+InsertVerdict FusionHistory::add_pose_uncertainty(std::int64_t time_ns, double theta_std_rad,
+                                                  double p_std_m) {
+  return insert(Event{.time_ns = time_ns,
+                      .kind = Kind::kPoseUncertainty,
+                      .theta_std_rad = theta_std_rad,
+                      .p_std_m = p_std_m});
+}
+
+InsertVerdict FusionHistory::add_matches(const MapMatchSet& set) {
+  if (set.match_count < 0 || set.match_count > kMaxMatches || set.matches.size() < kMaxMatches) {
+    return InsertVerdict::kNotFinite;
+  }
+  if (set.frame_time_ns < oldest_time_ns()) {
+    return InsertVerdict::kTooOld;
+  }
+  const int slot = take_map_slot();
+  if (slot < 0) {
+    return InsertVerdict::kPendingFull;
+  }
+  map_sets_[static_cast<std::size_t>(slot)].assign(set);
+  const InsertVerdict verdict =
+      insert(Event{.time_ns = set.frame_time_ns, .kind = Kind::kMap, .map_slot = slot});
+  if (verdict != InsertVerdict::kInserted) {
+    free_map_slots_.push_back(slot);
+  }
+  return verdict;
+}
+
+// --- The order of events -------------------------------------------------------------------------
+
+bool FusionHistory::before(const Event& a, const Event& b) {
+  return a.time_ns != b.time_ns ? a.time_ns < b.time_ns : a.kind < b.kind;
+}
+
+bool FusionHistory::duplicates(const Event& a, const Event& b) {
+  const auto from_wheels = [](Kind kind) {
+    return kind == Kind::kSpeed || kind == Kind::kStandstill;
+  };
+  return a.time_ns == b.time_ns &&
+         (a.kind == b.kind || (from_wheels(a.kind) && from_wheels(b.kind)));
+}
+
+InsertVerdict FusionHistory::insert(const Event& e) {
+  if (e.time_ns > newest_time_ns()) {
+    return wait_for_inertial(e);
+  }
+  int place = size_;
+  while (place > 0 && before(e, event(place - 1))) {
+    --place;
+  }
+  if (place > 0 && duplicates(e, event(place - 1))) {
+    return InsertVerdict::kDuplicate;
+  }
+  if (size_ == config_.capacity) {
+    drop_oldest();
+    --place;
+  }
+  if (place <= 0) {
+    return InsertVerdict::kTooOld;
+  }
+  ++size_;
+  for (int i = size_ - 1; i > place; --i) {
+    event(i) = event(i - 1);
+  }
+  event(place) = e;
+  interpolate_inertial(place);
+  compute_from(place);
+  return InsertVerdict::kInserted;
+}
+
+InsertVerdict FusionHistory::wait_for_inertial(const Event& e) {
+  const auto place = std::upper_bound(pending_.begin(), pending_.end(), e, before);
+  if (place != pending_.begin() && duplicates(e, *(place - 1))) {
+    return InsertVerdict::kDuplicate;
+  }
+  if (pending_.size() == static_cast<std::size_t>(config_.pending_capacity)) {
+    return InsertVerdict::kPendingFull;
+  }
+  pending_.insert(place, e);
+  return InsertVerdict::kInserted;
+}
+
+void FusionHistory::append(const Event& e) {
+  if (size_ == config_.capacity) {
+    drop_oldest();
+  }
+  ++size_;
+  event(size_ - 1) = e;
+}
+
+void FusionHistory::drop_oldest() {
+  first_ = (first_ + 1) % config_.capacity;
+  --size_;
+  // The new oldest event will not be applied again: the state after it is where going back ends.
+  Event& oldest = event(0);
+  if (oldest.map_slot >= 0) {
+    free_map_slots_.push_back(oldest.map_slot);
+    oldest.map_slot = -1;
+  }
+}
+
+void FusionHistory::drop_expired() {
+  while (size_ > 1 && seconds(newest_time_ns() - event(1).time_ns) >= config_.duration_s) {
+    drop_oldest();
+  }
+}
+
+int FusionHistory::take_map_slot() {
+  // Short of slots, the history gets shorter instead of the newest match set being lost.
+  while (free_map_slots_.empty() && size_ > 1) {
+    drop_oldest();
+  }
+  if (free_map_slots_.empty()) {
+    return -1;
+  }
+  const int slot = free_map_slots_.back();
+  free_map_slots_.pop_back();
+  return slot;
+}
+
+// --- Computing the states ------------------------------------------------------------------------
+
+void FusionHistory::interpolate_inertial(int i) {
+  Event& e = event(i);
+  if (e.kind == Kind::kImu) {
+    return;
+  }
+  int previous = i - 1;
+  while (previous > 0 && event(previous).kind != Kind::kImu) {
+    --previous;
+  }
+  int next = i + 1;
+  while (next < size_ && event(next).kind != Kind::kImu) {
+    ++next;
+  }
+  const Event& a = event(previous);
+  e.specific_force = a.specific_force;
+  e.angular_rate = a.angular_rate;
+  if (next < size_) {
+    const Event& b = event(next);
+    const double fraction = seconds(e.time_ns - a.time_ns) / seconds(b.time_ns - a.time_ns);
+    e.specific_force += fraction * (b.specific_force - a.specific_force);
+    e.angular_rate += fraction * (b.angular_rate - a.angular_rate);
+  }
+}
+
+void FusionHistory::compute_from(int start) {
+  for (int i = std::max(1, start); i < size_; ++i) {
+    NominalState& x = states_[ring(i)];
+    Covariance& P = covariances_[ring(i)];
+    Event& e = event(i);
+    x = state(i - 1);
+    P = covariance(i - 1);
+    propagate_to(e.time_ns, i - 1, e, x, P);
+    apply(e, x, P);
+  }
+}
+
+void FusionHistory::propagate_to(std::int64_t time_ns, int i, const Event& to, NominalState& x,
+                                 Covariance& P) const {
+  const Event& from = event(i);
+  if (time_ns <= from.time_ns) {
+    return;
+  }
+  const InertialInput u{.specific_force_mps2 = 0.5 * (from.specific_force + to.specific_force),
+                        .angular_rate_radps = 0.5 * (from.angular_rate + to.angular_rate)};
+  const double dt_s = seconds(time_ns - from.time_ns);
+  propagate_covariance(x, u, models_.imu, dt_s, P);
+  x = propagate_state(x, u, dt_s);
+}
+
+void FusionHistory::apply(Event& e, NominalState& x, Covariance& P) {
+  VectorVerdict verdict = VectorVerdict::kAccepted;
+  switch (e.kind) {
+    case Kind::kImu:
+      break;
+    case Kind::kSpeed:
+      verdict = update_with_vector<3>(
+                    [&](const NominalState& x_k) {
+                      return linearise_speed(x_k, models_.speed, e.angular_rate, gyro_std_radps_,
+                                             e.speed_mps);
+                    },
+                    models_.speed.chi2_gate, x, P)
+                    .verdict;
+      break;
+    case Kind::kStandstill:
+      verdict = update_with_vector<6>(
+                    [&](const NominalState& x_k) {
+                      return linearise_standstill(x_k, models_.standstill, e.angular_rate);
+                    },
+                    models_.standstill.chi2_gate, x, P)
+                    .verdict;
+      break;
+    case Kind::kPoseUncertainty:
+      P.diagonal().segment<3>(kTheta).array() += e.theta_std_rad * e.theta_std_rad;
+      P.diagonal().segment<3>(kP).array() += e.p_std_m * e.p_std_m;
+      break;
+    case Kind::kMap: {
+      const Eigen::Vector3d p_before = x.p_world_imu;
+      const MapUpdateResult result =
+          map_update_.apply(map_sets_[static_cast<std::size_t>(e.map_slot)], x, P);
+      if (!e.told) {
+        make_report(e, (x.p_world_imu - p_before).norm(), result);
+      }
+      break;
+    }
+  }
+  if (!e.told && verdict != VectorVerdict::kAccepted) {
+    ++speeds_rejected_;
+  }
+  e.told = true;
+}
+
+void FusionHistory::make_report(const Event& e, double jump_m, const MapUpdateResult& result) {
+  if (static_cast<std::size_t>(report_count_) == reports_.size()) {
+    return;  // the caller reads them every tick; a tick cannot apply more sets than there are slots
+  }
+  const MapMatchSet& set = map_sets_[static_cast<std::size_t>(e.map_slot)];
+  reports_[static_cast<std::size_t>(report_count_)] = {.frame_time_ns = e.time_ns,
+                                                       .first_node_id = set.nodes[0].node_id,
+                                                       .node_count = set.node_count,
+                                                       .jump_m = jump_m,
+                                                       .result = result};
+  ++report_count_;
+}
+
+// --- What goes out -------------------------------------------------------------------------------
+
+void FusionHistory::predict(std::int64_t time_ns, NominalState& x, Covariance& P) const {
+  x = newest_state();
+  P = newest_covariance();
+  propagate_to(time_ns, size_ - 1, event(size_ - 1), x, P);
+}
+
+std::optional<NominalState> FusionHistory::state_at(std::int64_t time_ns, Covariance& P) const {
+  int i = size_ - 1;
+  while (i >= 0 && event(i).time_ns > time_ns) {
+    --i;
+  }
+  if (i < 0) {
+    return std::nullopt;
+  }
+  NominalState x = state(i);
+  P = covariance(i);
+  propagate_to(time_ns, i, event(std::min(i + 1, size_ - 1)), x, P);
+  return x;
+}
+
+}  // namespace topoloc::estimation

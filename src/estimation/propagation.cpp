@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/estimation/propagation.hpp"
+
+#include "topoloc/geometry/so3.hpp"
+
+namespace topoloc::estimation {
+
+using namespace error_index;
+
+namespace {
+
+/// The blocks of F_x that are neither zero nor identity.
+struct TransitionBlocks {
+  Eigen::Matrix3d theta_theta;
+  Eigen::Matrix3d theta_bg;
+  Eigen::Matrix3d p_theta;
+  Eigen::Matrix3d p_ba;
+  Eigen::Matrix3d v_theta;
+  Eigen::Matrix3d v_ba;
+  double dt_s;
+  double half_dt_sq;
+};
+
+TransitionBlocks transition_blocks(const NominalState& x, const InertialInput& u, double dt_s) {
+  const Eigen::Vector3d accel = u.specific_force_mps2 - x.accel_bias_mps2;
+  const Eigen::Vector3d phi = (u.angular_rate_radps - x.gyro_bias_radps) * dt_s;
+  const Eigen::Matrix3d minus_R_accel = -x.R_world_imu * so3::skew(accel);
+  const double half_dt_sq = 0.5 * dt_s * dt_s;
+  return {.theta_theta = so3::exp(-phi),
+          .theta_bg = -so3::right_jacobian(phi) * dt_s,
+          .p_theta = minus_R_accel * half_dt_sq,
+          .p_ba = -x.R_world_imu * half_dt_sq,
+          .v_theta = minus_R_accel * dt_s,
+          .v_ba = -x.R_world_imu * dt_s,
+          .dt_s = dt_s,
+          .half_dt_sq = half_dt_sq};
+}
+
+/// M <- F_x M for an 18-row matrix: only the rows of theta, p and v change.
+void multiply_left(const TransitionBlocks& F, Covariance& M) {
+  using Rows = Eigen::Matrix<double, 3, kErrorDim>;
+  const Rows theta = M.middleRows<3>(kTheta);
+  const Rows v = M.middleRows<3>(kV);
+  const Rows ba = M.middleRows<3>(kBa);
+  const Rows g = M.middleRows<3>(kG);
+  M.middleRows<3>(kP) += F.dt_s * v + F.half_dt_sq * g;
+  M.middleRows<3>(kP).noalias() += F.p_theta * theta;
+  M.middleRows<3>(kP).noalias() += F.p_ba * ba;
+  M.middleRows<3>(kV) += F.dt_s * g;
+  M.middleRows<3>(kV).noalias() += F.v_theta * theta;
+  M.middleRows<3>(kV).noalias() += F.v_ba * ba;
+  M.middleRows<3>(kTheta).noalias() = F.theta_theta * theta;
+  M.middleRows<3>(kTheta).noalias() += F.theta_bg * M.middleRows<3>(kBg);
+}
+
+void add_process_noise(const ImuNoise& noise, double dt_s, Covariance& P) {
+  // White acceleration noise integrated once into v and twice into p.
+  const double accel_var = noise.accel_noise_density * noise.accel_noise_density;
+  const double gyro_var = noise.gyro_noise_density * noise.gyro_noise_density;
+  const double accel_walk_var = noise.accel_random_walk * noise.accel_random_walk;
+  const double gyro_walk_var = noise.gyro_random_walk * noise.gyro_random_walk;
+  const double p_v = accel_var * dt_s * dt_s / 2.0;
+  for (int i = 0; i < 3; ++i) {
+    P(kTheta + i, kTheta + i) += gyro_var * dt_s;
+    P(kP + i, kP + i) += accel_var * dt_s * dt_s * dt_s / 3.0;
+    P(kP + i, kV + i) += p_v;
+    P(kV + i, kP + i) += p_v;
+    P(kV + i, kV + i) += accel_var * dt_s;
+    P(kBa + i, kBa + i) += accel_walk_var * dt_s;
+    P(kBg + i, kBg + i) += gyro_walk_var * dt_s;
+  }
+}
+
+}  // namespace
+
+NominalState propagate_state(const NominalState& x, const InertialInput& u, double dt_s) {
+  NominalState y = x;
+  const Eigen::Vector3d accel_world =
+      x.R_world_imu * (u.specific_force_mps2 - x.accel_bias_mps2) + x.gravity_mps2;
+  y.R_world_imu = so3::renormalised(x.R_world_imu *
+                                    so3::exp((u.angular_rate_radps - x.gyro_bias_radps) * dt_s));
+  y.p_world_imu += x.v_world_imu * dt_s + 0.5 * accel_world * dt_s * dt_s;
+  y.v_world_imu += accel_world * dt_s;
+  return y;
+}
+
+Covariance transition_matrix(const NominalState& x, const InertialInput& u, double dt_s) {
+  Covariance F = Covariance::Identity();
+  multiply_left(transition_blocks(x, u, dt_s), F);
+  return F;
+}
+
+Covariance process_noise(const ImuNoise& noise, double dt_s) {
+  Covariance Q = Covariance::Zero();
+  add_process_noise(noise, dt_s, Q);
+  return Q;
+}
+
+void propagate_covariance(const NominalState& x, const InertialInput& u, const ImuNoise& noise,
+                          double dt_s, Covariance& P) {
+  const TransitionBlocks F = transition_blocks(x, u, dt_s);
+  multiply_left(F, P);   // F P
+  P.transposeInPlace();  // P F^T, since P was symmetric
+  multiply_left(F, P);   // F P F^T
+  add_process_noise(noise, dt_s, P);
+  P = 0.5 * (P + P.transpose()).eval();
+}
+
+}  // namespace topoloc::estimation
