@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -17,16 +18,19 @@ struct VerifyProblem {
 };
 
 struct VerifyReport {
+  static constexpr std::size_t kMaxProblems = 20;
+
   std::size_t node_count = 0;
-  std::uint64_t bytes_checked = 0;
-  std::vector<VerifyProblem> problems;  ///< at most 20 for each section
+  std::vector<VerifyProblem> problems;  ///< at most kMaxProblems
 
   [[nodiscard]] bool ok() const { return problems.empty(); }
 };
 
 /// Reads every byte of a map: all checksums, all values of features, all depth images.
-/// Throws MapError only if the file cannot be read at all; damage is in the report.
-VerifyReport verify(const std::filesystem::path& path);
+/// Never throws MapError: that a file cannot be opened is in the report too. `progress` is called
+/// now and then with the bytes done and the bytes to do.
+VerifyReport verify(const std::filesystem::path& path,
+                    const std::function<void(std::uint64_t, std::uint64_t)>& progress = {});
 
 /// Writes the map without its images; all other sections stay as they are, byte for byte. Atomic,
 /// so `out` may be `in`. Throws MapError.

@@ -83,6 +83,7 @@ class MapFile {
   [[nodiscard]] std::span<const std::byte> bytes() const { return file_; }
 
  private:
+  void open(const std::optional<ModelIdentity>& expected_model);
   [[nodiscard]] std::span<const std::byte> block(std::size_t i) const;
 
   std::filesystem::path path_;

@@ -20,7 +20,7 @@ class NodeIndex {
   NodeIndex(NodeIndex&&) noexcept;
   NodeIndex& operator=(NodeIndex&&) noexcept;
 
-  /// The nodes nearest to a camera pose, at most k and at most out.size(), nearest position first
+  /// The nodes nearest to a camera pose, at most k, out.size() and 64, nearest position first
   /// (the smaller id first among equals).
   ///
   /// Only nodes within max_distance_m whose optical axis is within max_heading_rad of the pose's:

@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/map/map_file.hpp"
+
+#include "map/checks.hpp"
+#include "map/checksum.hpp"
+#include "map/format.hpp"
+#include "map/section_table.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <system_error>
+#include <unistd.h>
+#include <utility>
+
+namespace topoloc::map {
+namespace {
+
+std::span<const std::byte> map_read_only(const std::filesystem::path& path) {
+  const auto fail = [&path](const char* what, int error) {
+    throw MapError(path.string() + ": " + what + ": " + std::generic_category().message(error));
+  };
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) {
+    fail("cannot open", errno);
+  }
+  struct stat status {};
+  if (fstat(fd, &status) != 0 || !S_ISREG(status.st_mode)) {
+    close(fd);
+    throw MapError(path.string() + ": not a regular file");
+  }
+  if (status.st_size == 0) {
+    close(fd);
+    throw MapError(path.string() + ": empty file, not a topoloc map");
+  }
+  const auto size = static_cast<std::size_t>(status.st_size);
+  void* const address = mmap(nullptr, size, PROT_READ, MAP_SHARED, fd, 0);
+  const int error = errno;
+  close(fd);
+  if (address == MAP_FAILED) {
+    fail("cannot map into memory", error);
+  }
+  return {static_cast<const std::byte*>(address), size};
+}
+
+void unmap(std::span<const std::byte> file) {
+  if (!file.empty()) {
+    munmap(const_cast<std::byte*>(file.data()), file.size());
+  }
+}
+
+Eigen::Vector3d vector_of(const std::array<double, 3>& a) { return {a[0], a[1], a[2]}; }
+
+RigidTransform transform_of(const std::array<double, 3>& p, const std::array<double, 4>& q) {
+  return {Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix(), vector_of(p)};
+}
+
+bool is_unit(const std::array<double, 4>& q) {
+  // Written so that NaN fails.
+  return std::abs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) <= 1e-9;
+}
+
+/// Elements of a section that is an array of records.
+template <typename Record>
+std::span<const Record> records(const std::string& file, const SectionInfo& section,
+                                std::span<const std::byte> bytes) {
+  if (bytes.size() % sizeof(Record) != 0) {
+    throw MapError(file + ": section " + section.name + " of " + std::to_string(bytes.size()) +
+                   " bytes is not a multiple of " + std::to_string(sizeof(Record)));
+  }
+  return {reinterpret_cast<const Record*>(bytes.data()), bytes.size() / sizeof(Record)};
+}
+
+MapInfo decode_info(const std::string& file, std::span<const std::byte> bytes) {
+  format::InfoRecord record;
+  if (bytes.size() < sizeof(record)) {
+    throw MapError(file + ": section INFO of " + std::to_string(bytes.size()) +
+                   " bytes, expected at least " + std::to_string(sizeof(record)));
+  }
+  std::memcpy(&record, bytes.data(), sizeof(record));
+  std::span<const std::byte> rest = bytes.subspan(sizeof(record));
+  if (std::uint64_t{record.model_name_length} + record.crs_length + record.creator_length !=
+      rest.size()) {
+    throw MapError(file + ": section INFO: its strings do not fill it");
+  }
+  const auto next_string = [&rest](std::uint32_t length) {
+    const std::string s(reinterpret_cast<const char*>(rest.data()), length);
+    rest = rest.subspan(length);
+    return s;
+  };
+  MapInfo info;
+  const auto& [fx, fy, cx, cy] = record.camera_px;
+  info.camera = {record.width_px, record.height_px, fx, fy, cx, cy};
+  info.T_imu_cam = transform_of(record.p_imu_cam_m, record.q_imu_cam);
+  info.origin_m = vector_of(record.origin_m);
+  info.model.fingerprint = record.model_fingerprint;
+  info.model.descriptor_dim = static_cast<int>(
+      std::min(record.descriptor_dim, static_cast<std::uint32_t>(kMaxDescriptorDim + 1)));
+  info.model.name = next_string(record.model_name_length);
+  info.crs = next_string(record.crs_length);
+  info.creator = next_string(record.creator_length);
+  const std::string problem = problem_with(info);
+  if (!problem.empty()) {
+    throw MapError(file + ": section INFO: " + problem);
+  }
+  return info;
+}
+
+/// What is wrong with a node on its own, or nothing.
+const char* problem_with(const format::NodeRecord& node) {
+  if (!is_position(vector_of(node.p_world_cam_m))) {
+    return "position is not finite or beyond 1e9 m";
+  }
+  if (!is_unit(node.q_world_cam)) {
+    return "rotation is not a unit quaternion";
+  }
+  if (!std::all_of(node.covariance.begin(), node.covariance.end(),
+                   [](float x) { return std::isfinite(x); })) {
+    return "covariance is not finite";
+  }
+  if (node.feature_count > kMaxFeaturesPerNode) {
+    return "more than 16384 features";
+  }
+  if (node.lifted_count > node.feature_count) {
+    return "more lifted features than features";
+  }
+  if (!(node.mean_depth_std_m >= 0.0F) || !std::isfinite(node.mean_depth_std_m)) {
+    return "mean depth deviation is not finite or negative";
+  }
+  return nullptr;
+}
+
+/// Nodes must be good on their own, in order of time, and their feature blocks fill FEAT exactly.
+void check_nodes(const std::string& file, std::span<const format::NodeRecord> nodes,
+                 std::uint64_t features_length, int descriptor_dim) {
+  const auto fail = [&file](std::size_t i, const std::string& why) {
+    throw MapError(file + ": section NODE: node " + std::to_string(i) + ": " + why);
+  };
+  if (nodes.empty() || nodes.size() > kMaxNodes) {
+    throw MapError(file + ": section NODE: " + std::to_string(nodes.size()) +
+                   " nodes, expected 1 to " + std::to_string(kMaxNodes));
+  }
+  std::uint64_t end = 0;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const char* const problem = problem_with(nodes[i]);
+    if (problem != nullptr) {
+      fail(i, problem);
+    }
+    if (i > 0 && nodes[i].time_ns <= nodes[i - 1].time_ns) {
+      fail(i, "time is not after that of the node before");
+    }
+    if (nodes[i].block_offset != end) {
+      fail(i, "features begin at byte " + std::to_string(nodes[i].block_offset) +
+                  " of FEAT, expected " + std::to_string(end));
+    }
+    end += format::block_size(nodes[i].feature_count, static_cast<std::uint64_t>(descriptor_dim));
+  }
+  if (end != features_length) {
+    throw MapError(file + ": section FEAT of " + std::to_string(features_length) +
+                   " bytes, its nodes' features take " + std::to_string(end));
+  }
+}
+
+void check_image_entries(const std::string& file, std::span<const format::ImageEntry> entries,
+                         std::size_t node_count, std::uint64_t images_length) {
+  if (entries.size() != node_count) {
+    throw MapError(file + ": section IDIR: images of " + std::to_string(entries.size()) +
+                   " nodes, expected " + std::to_string(node_count));
+  }
+  std::uint64_t end = 0;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    if (entries[i].offset != end) {
+      throw MapError(file + ": section IDIR: images of node " + std::to_string(i) +
+                     " begin at byte " + std::to_string(entries[i].offset) + " of IMAG, expected " +
+                     std::to_string(end));
+    }
+    end += std::uint64_t{entries[i].camera_length} + entries[i].depth_length;
+  }
+  if (end != images_length) {
+    throw MapError(file + ": section IMAG of " + std::to_string(images_length) +
+                   " bytes, its nodes' images take " + std::to_string(end));
+  }
+}
+
+}  // namespace
+
+MapFile::MapFile(const std::filesystem::path& path,
+                 const std::optional<ModelIdentity>& expected_model)
+    : path_(path), file_(map_read_only(path)) {
+  try {
+    open(expected_model);
+  } catch (...) {
+    unmap(file_);
+    throw;
+  }
+}
+
+void MapFile::open(const std::optional<ModelIdentity>& expected_model) {
+  const std::string file = path_.string();
+  sections_ = read_section_table(file, file_);
+  const auto section = [&](std::string_view name) -> const SectionInfo& {
+    const SectionInfo* const found = find_section(sections_, name);
+    if (found == nullptr) {
+      throw MapError(file + ": section " + std::string(name) + " is missing");
+    }
+    return *found;
+  };
+
+  const SectionInfo& info = section(format::kInfo);
+  check_checksum(file, file_, info);
+  info_ = decode_info(file, content(file_, info));
+  if (expected_model && *expected_model != info_.model) {
+    throw MapError(file + ": map made with another model: " + to_string(info_.model) +
+                   ", expected " + to_string(*expected_model));
+  }
+
+  features_ = content(file_, section(format::kFeatures));
+  const SectionInfo& nodes = section(format::kNodes);
+  check_checksum(file, file_, nodes);
+  nodes_ = records<format::NodeRecord>(file, nodes, content(file_, nodes));
+  check_nodes(file, nodes_, features_.size(), info_.model.descriptor_dim);
+
+  has_images_ = find_section(sections_, format::kImageEntries) != nullptr ||
+                find_section(sections_, format::kImages) != nullptr;
+  if (has_images_) {
+    images_ = content(file_, section(format::kImages));
+    const SectionInfo& entries = section(format::kImageEntries);
+    check_checksum(file, file_, entries);
+    image_entries_ = records<format::ImageEntry>(file, entries, content(file_, entries));
+    check_image_entries(file, image_entries_, nodes_.size(), images_.size());
+  }
+}
+
+MapFile::~MapFile() { unmap(file_); }
+
+MapFile::MapFile(MapFile&& other) noexcept { *this = std::move(other); }
+
+MapFile& MapFile::operator=(MapFile&& other) noexcept {
+  std::swap(path_, other.path_);
+  std::swap(file_, other.file_);
+  std::swap(sections_, other.sections_);
+  std::swap(info_, other.info_);
+  std::swap(nodes_, other.nodes_);
+  std::swap(features_, other.features_);
+  std::swap(has_images_, other.has_images_);
+  std::swap(image_entries_, other.image_entries_);
+  std::swap(images_, other.images_);
+  return *this;
+}
+
+std::span<const std::byte> MapFile::block(std::size_t i) const {
+  return features_.subspan(
+      nodes_[i].block_offset,
+      format::block_size(nodes_[i].feature_count,
+                         static_cast<std::uint64_t>(info_.model.descriptor_dim)));
+}
+
+NodeView MapFile::node(std::size_t i) const {
+  const format::NodeRecord& record = nodes_[i];
+  const std::size_t count = record.feature_count;
+  const std::span<const std::byte> bytes = block(i);
+  NodeView view;
+  view.id = static_cast<std::uint32_t>(i);
+  view.time_ns = record.time_ns;
+  view.T_world_cam = T_world_cam(i);
+  std::size_t k = 0;
+  for (Eigen::Index row = 0; row < 6; ++row) {
+    for (Eigen::Index column = row; column < 6; ++column) {
+      const double value = static_cast<double>(record.covariance[k++]);
+      view.covariance(row, column) = value;
+      view.covariance(column, row) = value;
+    }
+  }
+  view.quality = {record.feature_count, record.lifted_count, record.mean_depth_std_m};
+  view.features = {reinterpret_cast<const FeatureRecord*>(bytes.data()), count};
+  view.descriptors = {
+      reinterpret_cast<const std::int8_t*>(bytes.data() + format::descriptors_offset(count)),
+      count * static_cast<std::size_t>(info_.model.descriptor_dim)};
+  if (has_images_) {
+    const format::ImageEntry& entry = image_entries_[i];
+    view.camera_image = images_.subspan(entry.offset, entry.camera_length);
+    view.depth_image = images_.subspan(entry.offset + entry.camera_length, entry.depth_length);
+  }
+  return view;
+}
+
+RigidTransform MapFile::T_world_cam(std::size_t i) const {
+  return transform_of(nodes_[i].p_world_cam_m, nodes_[i].q_world_cam);
+}
+
+bool MapFile::node_intact(std::size_t i) const {
+  return checksum_of(block(i)) == nodes_[i].block_checksum;
+}
+
+void MapFile::prefetch(std::size_t i) const {
+  const std::span<const std::byte> bytes = block(i);
+  if (bytes.empty()) {
+    return;
+  }
+  static const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
+  const auto begin = reinterpret_cast<std::uintptr_t>(bytes.data()) / page * page;
+  const auto end = reinterpret_cast<std::uintptr_t>(bytes.data() + bytes.size());
+  // A hint: that it may fail does not matter.
+  madvise(reinterpret_cast<void*>(begin), end - begin, MADV_WILLNEED);
+}
+
+}  // namespace topoloc::map
