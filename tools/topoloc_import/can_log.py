@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: 2026 The topoloc authors
+"""IMU and speed samples as CAN frames in a candump log."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import cantools
+from cantools.database.can import Database, Message
+
+from topoloc_import.errors import ImportFailure
+
+COUNTER_MODULO = 16
+WHEELS = ("FRONT_LEFT", "FRONT_RIGHT", "REAR_LEFT", "REAR_RIGHT")
+
+
+@dataclass(frozen=True)
+class InertialRow:
+    """What the vehicle measured at one time: IMU axes, SI units, forward speed with its sign."""
+
+    time_ns: int
+    specific_force_mps2: tuple[float, float, float]
+    angular_rate_radps: tuple[float, float, float]
+    forward_speed_mps: float
+
+
+class SensorFrames:
+    """Encodes rows with the shipped DBC: per row IMU_ACCEL, IMU_RATE, TRAVEL_DIRECTION and
+    WHEEL_SPEEDS (four equal wheels), in this order, at the same time."""
+
+    def __init__(self, dbc: Path, interface: str = "can0") -> None:
+        database = cantools.database.load_file(dbc, strict=True)
+        if not isinstance(database, Database):
+            raise ImportFailure(f"{dbc}: not a CAN database")
+        self._messages: dict[str, Message] = {m.name: m for m in database.messages}
+        self._interface = interface
+        self._counter = 0
+
+    def lines(self, row: InertialRow) -> list[str]:
+        """The candump lines of one row. Time stamps are rounded to candump's microseconds."""
+        ax, ay, az = row.specific_force_mps2
+        wx, wy, wz = row.angular_rate_radps
+        speed = row.forward_speed_mps
+        direction = 0 if speed == 0.0 else 1 if speed > 0.0 else 2
+        n = self._counter
+        self._counter = (n + 1) % COUNTER_MODULO
+        frames: list[tuple[str, dict[str, float]]] = [
+            ("IMU_ACCEL", {"ACCEL_X": ax, "ACCEL_Y": ay, "ACCEL_Z": az, "ACCEL_COUNTER": n}),
+            ("IMU_RATE", {"RATE_X": wx, "RATE_Y": wy, "RATE_Z": wz, "RATE_COUNTER": n}),
+            ("TRAVEL_DIRECTION", {"DIRECTION": direction, "DIRECTION_COUNTER": n}),
+            ("WHEEL_SPEEDS", {**dict.fromkeys(WHEELS, abs(speed)), "SPEED_COUNTER": n}),
+        ]
+        return [self._line(row.time_ns, name, signals) for name, signals in frames]
+
+    def _line(self, time_ns: int, name: str, signals: dict[str, float]) -> str:
+        message = self._messages[name]
+        try:
+            payload = message.encode(signals, strict=True)
+        except cantools.database.EncodeError as error:
+            raise ImportFailure(f"row at {time_ns} ns does not fit {name}: {error}") from error
+        time_us = (time_ns + 500) // 1000
+        seconds, micros = divmod(time_us, 1_000_000)
+        stamp = f"({seconds:010d}.{micros:06d})"
+        return f"{stamp} {self._interface} {message.frame_id:03X}#{payload.hex().upper()}"
+
+
+def write_can_log(path: Path, dbc: Path, rows: Iterable[InertialRow]) -> None:
+    """Writes a log as `candump -L` does. Rows in time order."""
+    frames = SensorFrames(dbc)
+    last_ns: int | None = None
+    with path.open("w", encoding="ascii", newline="\n") as file:
+        for row in rows:
+            if last_ns is not None and row.time_ns - last_ns < 1000:
+                raise ImportFailure(f"time {row.time_ns} ns does not come after {last_ns} ns")
+            last_ns = row.time_ns
+            file.writelines(line + "\n" for line in frames.lines(row))

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: 2026 The topoloc authors
+"""KITTI's calibration files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from topoloc_import.errors import ImportFailure
+
+Matrix = npt.NDArray[np.float64]
+
+
+class CalibrationFile:
+    """`NAME: numbers` lines of one calib_*.txt."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._values: dict[str, Matrix] = {}
+        try:
+            text = path.read_text(encoding="utf-8")
+        except OSError as error:
+            raise ImportFailure(f"{path}: {error.strerror}") from error
+        for line in text.splitlines():
+            key, _, rest = line.partition(":")
+            try:
+                self._values[key.strip()] = np.array([float(word) for word in rest.split()])
+            except ValueError:
+                continue  # calib_time is a date
+
+    def matrix(self, key: str, *shape: int) -> Matrix:
+        """The finite numbers of a key, shaped."""
+        values = self._values.get(key)
+        if values is None:
+            raise ImportFailure(f"{self.path}: no {key}")
+        if values.size != int(np.prod(shape)) or not np.isfinite(values).all():
+            raise ImportFailure(f"{self.path}: {key}: expected {int(np.prod(shape))} numbers")
+        return values.reshape(shape)
+
+    def transform(self) -> Matrix:
+        """4x4 rigid transform of a file with R and T. R is printed with six digits: made exact."""
+        result = np.eye(4)
+        result[:3, :3] = nearest_rotation(self.matrix("R", 3, 3))
+        result[:3, 3] = self.matrix("T", 3)
+        return result
+
+
+def nearest_rotation(matrix: Matrix) -> Matrix:
+    """The rotation closest to a matrix that is one but for rounding."""
+    u, singular, vt = np.linalg.svd(matrix)
+    rotation: Matrix = u @ vt
+    if np.linalg.det(rotation) < 0 or np.abs(singular - 1).max() > 1e-3:
+        raise ImportFailure(f"not a rotation matrix: {matrix.tolist()}")
+    return rotation
+
+
+def inverse(transform: Matrix) -> Matrix:
+    """Inverse of a 4x4 rigid transform."""
+    result = np.eye(4)
+    result[:3, :3] = transform[:3, :3].T
+    result[:3, 3] = -transform[:3, :3].T @ transform[:3, 3]
+    return result
+
+
+class KittiCalibration:
+    """The three files of a recording day. T_a_b maps points from b to a; the cameras count from 0
+    (00, left grey)."""
+
+    def __init__(self, folder: Path) -> None:
+        self.cameras = CalibrationFile(folder / "calib_cam_to_cam.txt")
+        self.T_velo_imu = CalibrationFile(folder / "calib_imu_to_velo.txt").transform()
+        self.T_cam0_velo = CalibrationFile(folder / "calib_velo_to_cam.txt").transform()
+
+    def raw_camera(self) -> tuple[Matrix, Matrix, Matrix]:
+        """K (3x3), distortion k1 k2 p1 p2 k3 and T_cam_imu of camera 00 as it is."""
+        K = self.cameras.matrix("K_00", 3, 3)
+        return K, self.cameras.matrix("D_00", 5), self.T_cam0_velo @ self.T_velo_imu
+
+    def rectified_camera(self) -> tuple[Matrix, Matrix]:
+        """K (3x3) and T_cam_imu of camera 00 after rectification, which turns it by R_rect_00."""
+        P = self.cameras.matrix("P_rect_00", 3, 4)
+        T_rect_cam0 = np.eye(4)
+        T_rect_cam0[:3, :3] = nearest_rotation(self.cameras.matrix("R_rect_00", 3, 3))
+        return P[:, :3], T_rect_cam0 @ self.T_cam0_velo @ self.T_velo_imu

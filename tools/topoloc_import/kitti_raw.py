@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: 2026 The topoloc authors
+"""KITTI raw drives in their original layout: DATE/calib_*.txt and
+DATE/DATE_drive_NNNN_sync/{image_00,oxts,velodyne_points}."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from topoloc_import.can_log import InertialRow
+from topoloc_import.drive_folder import (
+    CameraModel,
+    Mounting,
+    write_calibration,
+    write_camera,
+    write_sensors,
+    write_vehicle,
+)
+from topoloc_import.errors import ImportFailure
+from topoloc_import.images import grey_frame
+from topoloc_import.kitti_calibration import KittiCalibration
+from topoloc_import.lcm_log import CameraFrame
+from topoloc_import.progress import progress
+from topoloc_import.trajectory import Trajectory, mercator_trajectory, write_tum
+from topoloc_import.velodyne import write_cloud
+
+NS_PER_S = 1_000_000_000
+# Recordings whose GNSS/INS goes on without images are cut to the images and this much around them.
+MARGIN_NS = NS_PER_S
+OXTS_COLUMNS = 30  # of dataformat.txt; the ones used here:
+ROLL_PITCH_YAW = slice(3, 6)
+FORWARD_SPEED = 8
+ACCELERATION = slice(11, 14)
+ANGULAR_RATE = slice(17, 20)
+
+MOUNTING = Mounting(
+    rotation_vehicle_imu_rpy_rad=(0.0, 0.0, 0.0),
+    wheel_reference_imu_m=(0.0, 0.0, 0.0),
+    comment="Taken as aligned. topoloc-calibrate measures it on a drive with reference.",
+)
+
+
+def import_kitti_raw(source: Path, folder: Path, cloud: bool) -> None:
+    """Fills a drive folder, with `cloud` also its cloud.ply from the scans."""
+    drive = find_drive(source)
+    calibration = KittiCalibration(drive.parent)
+    images = numbered_files(drive / "image_00", "png")
+    if not images:
+        raise ImportFailure(f"{drive / 'image_00' / 'data'}: no image")
+    rows, truth = read_oxts(drive, images[0][0], images[-1][0])
+    first = grey_frame(images[0][1], images[0][0])
+    K, T_cam_imu = calibration.rectified_camera()
+    camera = CameraModel(first.width_px, first.height_px, K, [], T_cam_imu)
+    write_sensors(folder, rows)
+    write_tum(folder / "ground_truth.tum", truth)
+    interval_s = float(np.median(np.diff(truth.time_ns))) * 1e-9
+    write_calibration(folder, camera, imu_rate_hz=1 / interval_s)
+    write_vehicle(folder, f"KITTI {drive.name}", MOUNTING)
+    write_camera(folder, frames(images))
+    if cloud:
+        scans = numbered_files(drive / "velodyne_points", "bin")
+        if not scans:
+            raise ImportFailure(f"{drive / 'velodyne_points' / 'data'}: no scan")
+        write_cloud(folder / "cloud.ply", scans, truth, calibration.T_velo_imu)
+
+
+def find_drive(source: Path) -> Path:
+    """The ..._sync folder itself, or the only one in a date folder."""
+    if (source / "image_00").is_dir():
+        return source
+    drives = sorted(d for d in source.glob("*_drive_*_sync") if d.is_dir())
+    if not drives:  # the folder that holds the date folder
+        drives = sorted(d for d in source.glob("*/*_drive_*_sync") if d.is_dir())
+    if len(drives) != 1:
+        found = ", ".join(d.name for d in drives) or "none"
+        raise ImportFailure(f"{source}: expected one ..._drive_NNNN_sync folder, found {found}")
+    return drives[0]
+
+
+def parse_time_ns(text: str) -> int:
+    """KITTI's wall-clock time, read as if UTC, to the nanosecond."""
+    seconds, _, fraction = text.strip().partition(".")
+    moment = datetime.strptime(seconds, "%Y-%m-%d %H:%M:%S").replace(tzinfo=UTC)
+    return int(moment.timestamp()) * NS_PER_S + int(fraction.ljust(9, "0")[:9] or 0)
+
+
+def read_times(path: Path) -> list[int | None]:
+    """A timestamps file: line n + 1 belongs to number n; KITTI leaves lost ones blank."""
+    try:
+        lines = path.read_text(encoding="ascii").splitlines()
+    except OSError as error:
+        raise ImportFailure(f"{path}: {error.strerror}") from error
+    times: list[int | None] = []
+    for number, line in enumerate(lines, start=1):
+        try:
+            times.append(parse_time_ns(line) if line.strip() else None)
+        except ValueError as error:
+            raise ImportFailure(f"{path}:{number}: not a time: {line!r}") from error
+    return times
+
+
+def numbered_files(folder: Path, suffix: str) -> list[tuple[int, Path]]:
+    """(time, file) of data/NNNNNNNNNN.suffix by number: the numbering may have gaps."""
+    times = read_times(folder / "timestamps.txt")
+    files = []
+    for file in sorted((folder / "data").glob(f"*.{suffix}")):
+        if not file.stem.isdigit():
+            raise ImportFailure(f"{file}: the name is not a number")
+        number = int(file.stem)
+        time_ns = times[number] if number < len(times) else None
+        if time_ns is None:
+            raise ImportFailure(f"{file}: no time in line {number + 1} of timestamps.txt")
+        files.append((time_ns, file))
+    return files
+
+
+def read_oxts(drive: Path, first_ns: int, last_ns: int) -> tuple[list[InertialRow], Trajectory]:
+    """The GNSS/INS rows around the images as IMU and speed, and as reference."""
+    files = numbered_files(drive / "oxts", "txt")
+    near = [f for f in files if first_ns - MARGIN_NS <= f[0] <= last_ns + MARGIN_NS]
+    if len(near) < 2:
+        raise ImportFailure(f"{drive / 'oxts'}: fewer than two rows at the time of the images")
+    if len(near) < len(files):
+        print(
+            f"oxts: {len(near)} of {len(files)} rows lie within 1 s of the images; others left out"
+        )
+    time_ns = np.array([time for time, _ in near], dtype=np.int64)
+    if (np.diff(time_ns) <= 0).any():
+        bad = near[int(np.argmin(np.diff(time_ns))) + 1][1]
+        raise ImportFailure(f"{bad}: its time does not come after that of the row before")
+    table = np.stack([read_row(file) for _, file in near])
+    rows = [
+        InertialRow(time, (a[0], a[1], a[2]), (w[0], w[1], w[2]), v)
+        for time, a, w, v in zip(
+            time_ns.tolist(),
+            table[:, ACCELERATION].tolist(),
+            table[:, ANGULAR_RATE].tolist(),
+            table[:, FORWARD_SPEED].tolist(),
+            strict=True,
+        )
+    ]
+    return rows, mercator_trajectory(time_ns, table[:, :3], table[:, ROLL_PITCH_YAW])
+
+
+def read_row(file: Path) -> npt.NDArray[np.float64]:
+    """The 30 numbers of one OXTS file."""
+    try:
+        row = np.array([float(word) for word in file.read_text(encoding="ascii").split()])
+    except (OSError, ValueError) as error:
+        raise ImportFailure(f"{file}: {error}") from error
+    if row.size != OXTS_COLUMNS or not np.isfinite(row).all():
+        raise ImportFailure(f"{file}: expected {OXTS_COLUMNS} finite numbers, found {row.size}")
+    return row
+
+
+def frames(images: list[tuple[int, Path]]) -> Iterator[CameraFrame]:
+    """Rectified images. KITTI's image time is the trigger, taken as mid-exposure."""
+    for time_ns, file in progress(images, "images"):
+        yield grey_frame(file, time_ns)
