@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <mutex>
+#include <string>
+#include <unistd.h>
+#include <utility>
+
+#include <fmt/core.h>
+
+namespace topoloc::apps {
+
+/// Progress with time left, on stderr: a bar redrawn in place on a terminal, else a line every ten
+/// per cent. Thread-safe.
+class ProgressBar {
+ public:
+  explicit ProgressBar(std::string label)
+      : label_(std::move(label)), on_terminal_(isatty(STDERR_FILENO) == 1) {}
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+  ~ProgressBar() {
+    if (on_terminal_ && drawn_permille_ >= 0) {
+      fmt::print(stderr, "\n");
+    }
+  }
+
+  /// `share` done, 0 to 1.
+  void update(double share) {
+    const std::scoped_lock lock(mutex_);
+    const int permille = static_cast<int>(1000.0 * std::clamp(share, 0.0, 1.0));
+    const int step = on_terminal_ ? 5 : 100;
+    if (permille / step == drawn_permille_ / step && drawn_permille_ >= 0) {
+      return;
+    }
+    drawn_permille_ = permille;
+    const double elapsed_s =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    const std::string left =
+        permille > 0 ? fmt::format("{:.0f} s left", elapsed_s * (1000 - permille) / permille)
+                     : std::string("starting");
+    if (on_terminal_) {
+      constexpr int kWidth = 40;
+      const int filled = permille * kWidth / 1000;
+      fmt::print(stderr, "\r{} [{}{}] {:3d} %  {:<14}", label_, std::string(filled, '#'),
+                 std::string(kWidth - filled, '.'), permille / 10, left);
+    } else {
+      fmt::print(stderr, "{}: {:3d} %, {}\n", label_, permille / 10, left);
+    }
+  }
+
+ private:
+  std::string label_;
+  bool on_terminal_;
+  int drawn_permille_ = -1;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::mutex mutex_;
+};
+
+}  // namespace topoloc::apps
