@@ -8,6 +8,7 @@ find_package(CLI11 REQUIRED)
 find_package(spdlog REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(nanoflann REQUIRED)
+find_package(ZLIB REQUIRED)
 
 add_library(opencv::opencv INTERFACE IMPORTED)
 target_link_libraries(opencv::opencv INTERFACE ${OpenCV_LIBS})
