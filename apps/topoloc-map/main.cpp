@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "commands.hpp"
+
+#include <exception>
+#include <iostream>
+
+namespace {
+
+constexpr int kFailed = 1;
+constexpr int kUsage = 2;
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Makes and looks after map files (.tmap).", "topoloc-map");
+  app.set_version_flag("--version", TOPOLOC_VERSION);
+  app.require_subcommand(1);
+  add_inspect_command(app);
+  add_verify_command(app);
+  add_strip_command(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::RuntimeError& error) {
+    return error.get_exit_code();
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kUsage;
+  } catch (const std::exception& error) {
+    std::cerr << "topoloc-map: " << error.what() << '\n';
+    return kFailed;
+  }
+  return 0;
+}
