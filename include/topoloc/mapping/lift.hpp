@@ -15,9 +15,9 @@ struct LiftConfig {
   int min_points = 8;
   double touch_radius_px = 1.5;  ///< a point this near speaks for the pixel itself
   /// Points further than this off the common plane are on another surface [m, and share of depth].
-  double surface_tolerance_m = 0.08;
-  double surface_tolerance = 0.01;
-  double min_surface_share = 0.75;  ///< share of the neighbourhood that must lie on the plane
+  double surface_tolerance_m = 0.15;
+  double surface_tolerance = 0.015;
+  double min_surface_share = 0.7;  ///< share of the neighbourhood that must lie on the plane
   /// Standard deviation of the depth of a surface in the cloud: scanner noise, scan poses.
   double cloud_std_m = 0.03;
   /// Standard deviation of where the feature really is: on a slanted surface it means depth.
