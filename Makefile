@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: 2026 The topoloc authors
+# Front door to the scripts in tools/; each of them does only what is missing.
+
+PRESET ?= release
+export TOPOLOC_PRESET := $(PRESET)
+
+.DEFAULT_GOAL := help
+.PHONY: help setup build test demo bench format lint
+
+help: ## Show this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+setup: ## Install packages, Python environment, third-party libraries and models
+	@tools/setup
+
+build: setup ## Build everything (PRESET=release, debug, asan or tsan)
+	@cmake --preset $(PRESET)
+	@cmake --build build/$(PRESET)
+
+test: setup ## Build and run all tests and checks
+	@tools/run-tests
+
+bench: PRESET = release
+bench: build ## Run the benchmarks
+	@build/release/bin/topoloc-bench
+
+format: setup ## Format C++ and Python sources in place
+	@tools/sources cpp | xargs -0 clang-format -i
+	@.venv/bin/ruff format tools tests
+	@.venv/bin/ruff check --fix tools tests
+
+lint: build ## Run clang-tidy over all C++ sources, ruff and mypy over all Python
+	@tools/lint
