@@ -30,8 +30,8 @@ struct VehicleSignalsConfig {
     std::array<std::string, 3> angular_rate;  ///< x, y, z
     std::string acceleration_unit;
     std::string angular_rate_unit;
-    /// Counter signals that pair frames, one for each message that holds IMU signals (they may be
-    /// of different lengths only if they count alike). Empty: frames are paired by time.
+    /// Counter signals that pair frames, one for each message that holds IMU signals, all of the
+    /// same length. Empty: frames are paired by time.
     std::vector<std::string> counters;
     /// Largest time between frames of one sample. Below half the sample period the first partner
     /// within it is also the nearest.
@@ -41,7 +41,8 @@ struct VehicleSignalsConfig {
   } imu;
 
   struct Wheels {
-    std::vector<std::string> speeds;  ///< their mean is the speed; at most kMaxWheels; may be none
+    /// Their mean is the speed, stamped when the last of them arrives; at most kMaxWheels.
+    std::vector<std::string> speeds;
     std::string unit;
     std::int64_t pairing_tolerance_ns = 10'000'000;  ///< where they are spread over frames
     std::string interface;
@@ -81,8 +82,8 @@ struct VehicleSamples {
 /// Turns CAN frames into IMU and speed samples.
 class VehicleSignals {
  public:
-  /// Loads the DBC. Throws std::runtime_error on an unknown signal or unit, on signals that can
-  /// never be in one sample, and on a configuration without any sensor.
+  /// Loads the DBC. Throws std::runtime_error, naming file and signal, on a signal or unit that is
+  /// not known, on half-configured sensors and on a configuration without any sensor.
   explicit VehicleSignals(const VehicleSignalsConfig& config);
   ~VehicleSignals();
   VehicleSignals(VehicleSignals&&) noexcept;

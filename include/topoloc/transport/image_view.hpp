@@ -17,11 +17,11 @@ inline constexpr std::int32_t kMaxImageSide_px = 16384;
 
 enum class ImageVerdict : std::uint8_t {
   kOk,
-  kTruncated,      ///< the message ends early
+  kTruncated,      ///< the message ends before the data that it states
   kOtherType,      ///< not an image_t (another fingerprint)
   kBadDimensions,  ///< width or height not in 1 to kMaxImageSide_px, or a row longer than its
                    ///< stride
-  kBadSize,        ///< size negative, zero, beyond the message or (GRAY) less than the pixels need
+  kBadSize,        ///< size negative, zero or (GRAY) less than the pixels need
   kUnknownFormat,  ///< pixelformat is neither GRAY nor MJPEG
 };
 std::string_view name(ImageVerdict verdict);

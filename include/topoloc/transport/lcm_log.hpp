@@ -37,7 +37,7 @@ struct LogDamage {
 /// from its end.)
 class LcmLogReader {
  public:
-  /// Throws std::runtime_error if the file cannot be read, or if it holds bytes but no event.
+  /// Throws std::runtime_error if the file cannot be read or holds no whole event.
   explicit LcmLogReader(const std::filesystem::path& file);
   ~LcmLogReader();
   LcmLogReader(LcmLogReader&& other) noexcept;
@@ -53,6 +53,7 @@ class LcmLogReader {
 
  private:
   void index(const std::filesystem::path& file);
+  [[nodiscard]] LogEvent event_at(std::uint64_t offset) const;
 
   std::span<const std::byte> bytes_;  ///< the mapping
   std::vector<std::uint64_t> offsets_;

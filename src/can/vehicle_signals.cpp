@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/can/vehicle_signals.hpp"
+
+#include "can/vehicle_signals_table.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace topoloc::can {
+namespace {
+
+/// A sample's time must lie after the one before.
+bool advance(std::int64_t& last_ns, std::int64_t time_ns) {
+  if (time_ns <= last_ns) {
+    return false;
+  }
+  last_ns = time_ns;
+  return true;
+}
+
+}  // namespace
+
+std::string_view name(SignalReject reason) {
+  constexpr std::array<std::string_view, kSignalRejectCount> kNames = {
+      "not a data frame",   "too short", "multiplex mismatch", "out of limits", "not finite",
+      "non-monotonic time", "unpaired"};
+  return kNames[static_cast<std::size_t>(reason)];
+}
+
+VehicleSignals::VehicleSignals(const VehicleSignalsConfig& config)
+    : table_(std::make_unique<Table>(config)) {}
+VehicleSignals::~VehicleSignals() = default;
+VehicleSignals::VehicleSignals(VehicleSignals&&) noexcept = default;
+VehicleSignals& VehicleSignals::operator=(VehicleSignals&&) noexcept = default;
+
+VehicleSamples VehicleSignals::feed(const Frame& frame) noexcept {
+  VehicleSamples samples;
+  Table& table = *table_;
+  const std::uint64_t key = frame_key(frame.id, frame.extended);
+  const auto by_key = [](const SignalPart& part, std::uint64_t k) { return part.key < k; };
+  auto part = std::lower_bound(table.parts.begin(), table.parts.end(), key, by_key);
+  bool taken = false;
+  bool mismatch = false;
+  for (; part != table.parts.end() && part->key == key; ++part) {
+    if (!part->takes_interface_of(frame)) {
+      continue;
+    }
+    if (frame.kind != FrameKind::kData) {
+      table.reject(SignalReject::kNotDataFrame);
+      return samples;
+    }
+    const auto reject = table.read(*part, frame, samples);
+    if (reject == SignalReject::kMultiplexMismatch) {
+      mismatch = true;
+    } else {
+      taken = true;
+      if (reject) {
+        table.reject(*reject);
+      }
+    }
+  }
+  if (mismatch && !taken) {  // else the frame is one of the other parts of its message
+    table.reject(SignalReject::kMultiplexMismatch);
+  }
+  return samples;
+}
+
+std::optional<SignalReject> VehicleSignals::Table::read(const SignalPart& part, const Frame& frame,
+                                                        VehicleSamples& samples) {
+  if (part.group == SampleGroup::kDirection) {
+    SampleValues none{};
+    std::uint64_t raw = 0;
+    const auto reject = part.read(frame, none, raw);
+    if (!reject) {
+      reversing = std::find(reverse_raw.begin(), reverse_raw.end(), raw) != reverse_raw.end();
+    }
+    return reject;
+  }
+  const bool is_imu = part.group == SampleGroup::kImu;
+  SampleAssembler& assembler = is_imu ? imu : wheels;
+  SampleValues values = assembler.values();
+  std::uint64_t counter = 0;
+  if (const auto reject = part.read(frame, values, counter)) {
+    return reject;
+  }
+  const auto result = assembler.add(part.index, frame.time_ns, counter, values);
+  reject(SignalReject::kUnpaired, result.unpaired);
+  if (result.out_of_order) {
+    return SignalReject::kNonMonotonicTime;
+  }
+  if (!result.complete) {
+    return std::nullopt;
+  }
+  if (is_imu) {
+    const std::int64_t time_ns = imu.time_ns(imu_time_part);
+    if (!advance(last_imu_ns, time_ns)) {
+      return SignalReject::kNonMonotonicTime;
+    }
+    samples.imu = estimation::ImuSample{.time_ns = time_ns,
+                                        .specific_force_mps2 = {values[0], values[1], values[2]},
+                                        .angular_rate_radps = {values[3], values[4], values[5]}};
+    return std::nullopt;
+  }
+  if (!advance(last_speed_ns, frame.time_ns)) {
+    return SignalReject::kNonMonotonicTime;
+  }
+  const auto wheels_used = static_cast<std::ptrdiff_t>(wheel_count);
+  const double sum = std::accumulate(values.begin(), values.begin() + wheels_used, 0.0);
+  const double speed_mps = sum / static_cast<double>(wheel_count);
+  samples.speed = estimation::SpeedSample{.time_ns = frame.time_ns,
+                                          .speed_mps = reversing ? -speed_mps : speed_mps};
+  return std::nullopt;
+}
+
+std::uint64_t VehicleSignals::rejected(SignalReject reason) const {
+  return table_->rejected[static_cast<std::size_t>(reason)];
+}
+
+std::uint64_t VehicleSignals::rejected_total() const {
+  return std::accumulate(table_->rejected.begin(), table_->rejected.end(), std::uint64_t{0});
+}
+
+}  // namespace topoloc::can
