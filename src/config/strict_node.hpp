@@ -4,33 +4,31 @@
 
 #include "topoloc/config/config_error.hpp"
 
-#include <concepts>
+#include <cstddef>
 #include <filesystem>
-#include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <yaml-cpp/yaml.h>
 
 namespace topoloc::config {
 
-/// What a number may be. Open ends exclude the bound itself.
+/// Numbers from low to high, both allowed; `low_open`: low itself is not.
 struct Range {
   double low;
   double high;
   bool low_open = false;
-  bool operator()(double value) const {
+
+  [[nodiscard]] bool contains(double value) const {  // false for NaN
     return (low_open ? value > low : value >= low) && value <= high;
   }
 };
-inline constexpr Range positive_up_to(double high) { return {0.0, high, true}; }
+constexpr Range positive_up_to(double high) { return {0.0, high, true}; }
 
-/// A YAML map that is read key by key and remembers which keys it was asked for, so that finish()
-/// can name those that nobody knows. Every complaint is a ConfigError with file, line and key.
+/// A YAML map read key by key. It remembers what it was asked for, so that finish() can name the
+/// keys that nobody knows. Every complaint is a ConfigError with file, line and key.
 ///
-/// `read(key, target, ...)` leaves the default that is in `target` where the key is absent;
-/// `require(key, target, ...)` complains.
+/// `read` leaves the default in `target` where the key is absent; `require` complains.
 class StrictNode {
  public:
   /// The top level of a YAML file.
@@ -42,17 +40,9 @@ class StrictNode {
   void read(const char* key, std::string& target);
   void read(const char* key, std::string& target, const std::vector<std::string>& choices);
   void read(const char* key, std::vector<std::string>& target);
-  /// A list of `count` numbers ("3" for a vector), or of any length from `min` to `max`.
+  /// A list of min_count to max_count numbers.
   void read(const char* key, std::vector<double>& target, std::size_t min_count,
             std::size_t max_count, Range range);
-  /// A fixed-size Eigen vector.
-  template <typename Vector>
-  requires(Vector::ColsAtCompileTime == 1) void read(const char* key, Vector& target, Range range) {
-    constexpr auto n = static_cast<std::size_t>(Vector::RowsAtCompileTime);
-    std::vector<double> values(target.data(), target.data() + n);
-    read(key, values, n, n, range);
-    for (std::size_t i = 0; i < n; ++i) target.data()[i] = values[i];
-  }
 
   template <typename Target, typename... Args>
   void require(const char* key, Target& target, const Args&... args) {
@@ -63,31 +53,33 @@ class StrictNode {
   /// A nested map; an absent one reads as empty, so that its defaults apply.
   StrictNode section(const char* key);
   StrictNode required_section(const char* key);
+  /// Whether the key is there with a value; counts as asking for it.
   bool has(const char* key);
-  /// The raw value, for what needs its own reading; must be there.
-  YAML::Node raw(const char* key);
+  /// A required list of rows of numbers, all of `columns`.
+  std::vector<std::vector<double>> require_rows(const char* key, std::size_t rows,
+                                                std::size_t columns);
 
   /// Throws if the map holds a key that was never asked for.
   void finish() const;
 
-  /// ConfigError for a key of this map (its own line where it is there).
-  [[nodiscard]] ConfigError error(const char* key, const std::string& what) const;
-  [[nodiscard]] const std::filesystem::path& file() const { return file_; }
-  [[nodiscard]] std::filesystem::path sibling(const std::string& name) const;
+  /// A complaint about a key of this map, with its line (the map's own where the key is absent).
+  [[nodiscard]] ConfigError error(const std::string& key, const std::string& what) const;
+  /// A path as written in the file, relative to the file's folder.
+  [[nodiscard]] std::filesystem::path resolve(const std::string& path) const;
 
  private:
-  StrictNode(YAML::Node node, std::filesystem::path file, std::string path, int line);
-  std::optional<YAML::Node> find(const char* key);
+  StrictNode(const YAML::Node& node, std::filesystem::path file, std::string path, int line);
+  YAML::Node find(const std::string& key) const;
+  YAML::Node ask(const char* key);
   void demand(const char* key);
   double number(const char* key, const YAML::Node& value, const Range& range,
                 const char* kind) const;
-  [[nodiscard]] std::string full_key(std::string_view key) const;
 
-  YAML::Node node_;  ///< undefined for an absent section
+  YAML::Node node_;
   std::filesystem::path file_;
-  std::string path_;  ///< dotted path of this map, empty at the top
+  std::string path_;  ///< dotted key of this map, empty at the top
   int line_;
-  std::vector<std::string> known_;
+  std::vector<std::string> asked_;
 };
 
 }  // namespace topoloc::config

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "topoloc/config/config_error.hpp"
+#include "topoloc/estimation/propagation.hpp"
 #include "topoloc/geometry/camera.hpp"
 #include "topoloc/geometry/rigid_transform.hpp"
 
@@ -24,12 +25,9 @@ struct KalibrCamera {
 /// (4 or 5 coefficients), equidistant (4) or none; T_cam_imu a rigid transform. Throws ConfigError.
 KalibrCamera load_kalibr_camera(const std::filesystem::path& file, const std::string& name);
 
-/// An imu file: continuous-time noise densities and random walks.
+/// An imu file.
 struct KalibrImu {
-  double accelerometer_noise_density = 0.0;  ///< [m/s^2/sqrt(Hz)]
-  double accelerometer_random_walk = 0.0;    ///< [m/s^3/sqrt(Hz)]
-  double gyroscope_noise_density = 0.0;      ///< [rad/s/sqrt(Hz)]
-  double gyroscope_random_walk = 0.0;        ///< [rad/s^2/sqrt(Hz)]
+  estimation::ImuNoise noise;
   double update_rate_hz = 0.0;
 };
 

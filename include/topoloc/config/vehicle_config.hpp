@@ -5,12 +5,11 @@
 #include "topoloc/can/vehicle_signals.hpp"
 #include "topoloc/config/config_error.hpp"
 #include "topoloc/config/kalibr.hpp"
+#include "topoloc/estimation/estimator.hpp"
 #include "topoloc/matching/config.hpp"
 
 #include <filesystem>
 #include <string>
-
-#include <Eigen/Core>
 
 /// Configuration of one vehicle: vehicle.yaml and the files it names (docs/vehicle-config.md).
 namespace topoloc::config {
@@ -21,22 +20,13 @@ struct CameraConfig {
   std::filesystem::path mask;      ///< grey image, 0 = ignore (bonnet); empty: no mask
 };
 
-/// How the IMU and the wheels sit in the vehicle; what topoloc-calibrate measures.
-struct MountingConfig {
-  Eigen::Matrix3d R_vehicle_imu = Eigen::Matrix3d::Identity();  ///< x_vehicle = R x_imu
-  /// The point whose velocity the wheels measure, that slips neither sideways nor up, in the IMU
-  /// frame [m].
-  Eigen::Vector3d wheel_reference_imu_m = Eigen::Vector3d::Zero();
-  double wheel_scale = 1.0;  ///< true speed / measured speed
-};
-
 struct VehicleConfig {
-  std::filesystem::path file;
   std::string name;
   can::VehicleSignalsConfig can;
   CameraConfig camera;
-  KalibrImu imu;
-  MountingConfig mounting;
+  /// With the IMU's noise, the mounting (models.speed) and the undistorted matching camera
+  /// (models.camera) filled in.
+  estimation::EstimatorConfig estimator;
   matching::MatchingConfig matching;
 };
 

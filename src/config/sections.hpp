@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#pragma once
+
+#include "topoloc/config/vehicle_config.hpp"
+
+#include "config/strict_node.hpp"
+
+/// The sections of vehicle.yaml. Each function reads its keys from `top`, keeps the defaults of
+/// absent ones, and is the only place that knows their names and ranges.
+namespace topoloc::config {
+
+void read_can(StrictNode& top, can::VehicleSignalsConfig& config);
+void read_camera(StrictNode& top, CameraConfig& config);
+void read_imu(StrictNode& top, estimation::FilterModels& models);
+void read_mounting(StrictNode& top, estimation::SpeedModel& model);
+void read_speed(StrictNode& top, estimation::EstimatorConfig& config);
+void read_standstill(StrictNode& top, estimation::StandstillModel& model);
+void read_estimator(StrictNode& top, estimation::EstimatorConfig& config);
+void read_matching(StrictNode& top, matching::MatchingConfig& config);
+
+}  // namespace topoloc::config

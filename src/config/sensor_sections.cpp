@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "config/sections.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Geometry>
+
+namespace topoloc::config {
+namespace {
+
+void read_seconds(StrictNode& node, const char* key, std::int64_t& target_ns, Range range_s) {
+  double seconds = static_cast<double>(target_ns) * 1e-9;
+  node.read(key, seconds, range_s);
+  target_ns = std::llround(seconds * 1e9);
+}
+
+void read_vector(StrictNode& node, const char* key, Eigen::Vector3d& target, Range range) {
+  std::vector<double> values(target.data(), target.data() + 3);
+  node.read(key, values, 3, 3, range);
+  std::copy(values.begin(), values.end(), target.data());
+}
+
+/// x, y, z: all three signals, or none where the key is absent.
+void read_axes(StrictNode& node, const char* key, std::array<std::string, 3>& target) {
+  std::vector<std::string> names;
+  node.read(key, names);
+  if (names.empty()) {
+    return;
+  }
+  if (names.size() != target.size()) {
+    throw node.error(key,
+                     "expected three signals (x, y, z), found " + std::to_string(names.size()));
+  }
+  std::copy(names.begin(), names.end(), target.begin());
+}
+
+void require_file(StrictNode& node, const char* key, std::filesystem::path& target) {
+  std::string name;
+  node.require(key, name);
+  target = node.resolve(name);
+  if (!std::filesystem::is_regular_file(target)) {
+    throw node.error(key, "no such file: " + target.string());
+  }
+}
+
+}  // namespace
+
+void read_can(StrictNode& top, can::VehicleSignalsConfig& config) {
+  StrictNode can = top.required_section("can");
+  require_file(can, "dbc", config.dbc);
+  can.read("check_limits", config.check_limits);
+
+  StrictNode imu = can.section("imu");
+  read_axes(imu, "acceleration", config.imu.acceleration);
+  read_axes(imu, "angular_rate", config.imu.angular_rate);
+  if (config.imu.acceleration[0].empty() != config.imu.angular_rate[0].empty()) {
+    throw can.error("imu", "needs both acceleration and angular_rate");
+  }
+  imu.read("acceleration_unit", config.imu.acceleration_unit);
+  imu.read("angular_rate_unit", config.imu.angular_rate_unit);
+  imu.read("counters", config.imu.counters);
+  read_seconds(imu, "pairing_tolerance_s", config.imu.pairing_tolerance_ns, {0.0, 1.0});
+  std::string time_source = "angular_rate";
+  imu.read("time_source", time_source, {"angular_rate", "acceleration"});
+  config.imu.time_source = time_source == "angular_rate" ? can::ImuTimeSource::kAngularRate
+                                                         : can::ImuTimeSource::kAcceleration;
+  imu.read("interface", config.imu.interface);
+  imu.finish();
+
+  StrictNode wheels = can.section("wheels");
+  wheels.read("speeds", config.wheels.speeds);
+  if (config.wheels.speeds.size() > can::kMaxWheels) {
+    throw wheels.error("speeds", "expected at most " + std::to_string(can::kMaxWheels) +
+                                     " signals, found " +
+                                     std::to_string(config.wheels.speeds.size()));
+  }
+  wheels.read("unit", config.wheels.unit);
+  read_seconds(wheels, "pairing_tolerance_s", config.wheels.pairing_tolerance_ns, {0.0, 1.0});
+  wheels.read("interface", config.wheels.interface);
+  wheels.finish();
+
+  StrictNode direction = can.section("direction");
+  direction.read("signal", config.direction.signal);
+  direction.read("reverse_values", config.direction.reverse_values);
+  if (config.direction.signal.empty() != config.direction.reverse_values.empty()) {
+    throw can.error("direction", "needs both signal and reverse_values");
+  }
+  direction.read("interface", config.direction.interface);
+  direction.finish();
+  can.finish();
+}
+
+void read_camera(StrictNode& top, CameraConfig& config) {
+  StrictNode camera = top.required_section("camera");
+  std::filesystem::path calibration;
+  require_file(camera, "calibration", calibration);
+  std::string name = "cam0";
+  camera.read("name", name);
+  camera.read("channel", config.channel);
+  if (camera.has("mask")) {
+    require_file(camera, "mask", config.mask);
+  }
+  camera.finish();
+  config.kalibr = load_kalibr_camera(calibration, name);
+}
+
+void read_imu(StrictNode& top, estimation::FilterModels& models) {
+  StrictNode imu = top.required_section("imu");
+  std::filesystem::path calibration;
+  require_file(imu, "calibration", calibration);
+  imu.finish();
+  const KalibrImu kalibr = load_kalibr_imu(calibration);
+  models.imu = kalibr.noise;
+  models.imu_rate_hz = kalibr.update_rate_hz;
+}
+
+void read_mounting(StrictNode& top, estimation::SpeedModel& model) {
+  StrictNode vehicle = top.section("vehicle");
+  Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();
+  read_vector(vehicle, "rotation_vehicle_imu_rpy_rad", rpy_rad,
+              {-std::numbers::pi, std::numbers::pi});
+  read_vector(vehicle, "wheel_reference_imu_m", model.wheel_reference_imu_m, {-20.0, 20.0});
+  vehicle.read("wheel_scale", model.wheel_scale, {0.5, 2.0});
+  vehicle.finish();
+  model.R_vehicle_imu = (Eigen::AngleAxisd(rpy_rad.z(), Eigen::Vector3d::UnitZ()) *
+                         Eigen::AngleAxisd(rpy_rad.y(), Eigen::Vector3d::UnitY()) *
+                         Eigen::AngleAxisd(rpy_rad.x(), Eigen::Vector3d::UnitX()))
+                            .toRotationMatrix();
+}
+
+}  // namespace topoloc::config

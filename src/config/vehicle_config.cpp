@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/config/vehicle_config.hpp"
+
+#include "config/sections.hpp"
+
+namespace topoloc::config {
+namespace {
+constexpr int kFormat = 1;  ///< of vehicle.yaml; raised when a key changes its meaning
+}
+
+VehicleConfig load_vehicle_config(const std::filesystem::path& file) {
+  StrictNode top = StrictNode::load(file);
+  int format = 0;
+  top.require("format", format, Range{kFormat, kFormat});
+
+  VehicleConfig config;
+  top.read("name", config.name);
+  read_can(top, config.can);
+  read_camera(top, config.camera);
+  read_imu(top, config.estimator.models);
+  read_mounting(top, config.estimator.models.speed);
+  read_speed(top, config.estimator);
+  read_standstill(top, config.estimator.models.standstill);
+  read_estimator(top, config.estimator);
+  read_matching(top, config.matching);
+  top.finish();
+
+  config.estimator.models.camera = {matching::matching_camera(config.matching),
+                                    config.camera.kalibr.T_imu_cam.inverse()};
+  return config;
+}
+
+}  // namespace topoloc::config
