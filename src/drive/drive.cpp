@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/drive/drive.hpp"
+
+#include "topoloc/can/candump.hpp"
+
+#include <stdexcept>
+
+namespace topoloc::drive {
+namespace {
+
+void require_file(const std::filesystem::path& file) {
+  if (!std::filesystem::is_regular_file(file)) {
+    throw std::runtime_error(file.string() +
+                             ": no such file (a drive folder has it, see "
+                             "docs/drive-folder.md)");
+  }
+}
+
+void read_can_log(const std::filesystem::path& file, Drive& drive) {
+  can::VehicleSignals signals(drive.vehicle.can);
+  can::CandumpReader reader(file);
+  can::Frame frame;
+  while (reader.next(frame)) {
+    const can::VehicleSamples samples = signals.feed(frame);
+    if (samples.imu) {
+      drive.imu.push_back(*samples.imu);
+    }
+    if (samples.speed) {
+      drive.speed.push_back(*samples.speed);
+    }
+  }
+  drive.can_frames = reader.frame_count();
+  drive.first_malformed_line = reader.first_error();
+  if (reader.malformed_count() > 0) {
+    drive.rejected["malformed line"] = reader.malformed_count();
+  }
+  for (std::size_t i = 0; i < can::kSignalRejectCount; ++i) {
+    const auto reason = static_cast<can::SignalReject>(i);
+    if (signals.rejected(reason) > 0) {
+      drive.rejected[std::string(can::name(reason))] = signals.rejected(reason);
+    }
+  }
+  if (drive.imu.empty()) {
+    std::string why;
+    for (const auto& [reason, count] : drive.rejected) {
+      why += ", " + reason + " " + std::to_string(count);
+    }
+    throw std::runtime_error(file.string() + ": no IMU sample in " +
+                             std::to_string(drive.can_frames) + " frames" + why);
+  }
+}
+
+}  // namespace
+
+Drive load_drive(const std::filesystem::path& dir, const std::filesystem::path& vehicle) {
+  if (!std::filesystem::is_directory(dir)) {
+    throw std::runtime_error(dir.string() + ": no such drive folder");
+  }
+  Drive drive;
+  drive.dir = dir;
+  drive.vehicle = config::load_vehicle_config(vehicle.empty() ? dir / "vehicle.yaml" : vehicle);
+  require_file(dir / "can.log");
+  read_can_log(dir / "can.log", drive);
+  if (const auto truth = dir / "ground_truth.tum"; std::filesystem::exists(truth)) {
+    drive.ground_truth = evaluation::read_tum(truth);
+  }
+  return drive;
+}
+
+FrameLog open_frames(const Drive& drive) {
+  const config::CameraConfig& camera = drive.vehicle.camera;
+  const PinholeCamera& pinhole = camera.kalibr.calibration.pinhole;
+  require_file(drive.dir / "camera.lcm");
+  return {drive.dir / "camera.lcm", camera.channel, cv::Size(pinhole.width_px, pinhole.height_px),
+          camera.kalibr.time_offset_ns};
+}
+
+}  // namespace topoloc::drive
