@@ -11,7 +11,7 @@ from pathlib import Path
 import cantools
 from cantools.database.can import Database, Message
 
-from topoloc_import.errors import ImportFailure
+from topoloc_import.errors import DriveImportError
 
 COUNTER_MODULO = 16
 WHEELS = ("FRONT_LEFT", "FRONT_RIGHT", "REAR_LEFT", "REAR_RIGHT")
@@ -34,7 +34,7 @@ class SensorFrames:
     def __init__(self, dbc: Path, interface: str = "can0") -> None:
         database = cantools.database.load_file(dbc, strict=True)
         if not isinstance(database, Database):
-            raise ImportFailure(f"{dbc}: not a CAN database")
+            raise DriveImportError(f"{dbc}: not a CAN database")
         self._messages: dict[str, Message] = {m.name: m for m in database.messages}
         self._interface = interface
         self._counter = 0
@@ -60,7 +60,7 @@ class SensorFrames:
         try:
             payload = message.encode(signals, strict=True)
         except cantools.database.EncodeError as error:
-            raise ImportFailure(f"row at {time_ns} ns does not fit {name}: {error}") from error
+            raise DriveImportError(f"row at {time_ns} ns does not fit {name}: {error}") from error
         time_us = (time_ns + 500) // 1000
         seconds, micros = divmod(time_us, 1_000_000)
         stamp = f"({seconds:010d}.{micros:06d})"
@@ -74,6 +74,6 @@ def write_can_log(path: Path, dbc: Path, rows: Iterable[InertialRow]) -> None:
     with path.open("w", encoding="ascii", newline="\n") as file:
         for row in rows:
             if last_ns is not None and row.time_ns - last_ns < 1000:
-                raise ImportFailure(f"time {row.time_ns} ns does not come after {last_ns} ns")
+                raise DriveImportError(f"time {row.time_ns} ns does not come after {last_ns} ns")
             last_ns = row.time_ns
             file.writelines(line + "\n" for line in frames.lines(row))

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 from topoloc_import.drive_folder import create_folder
-from topoloc_import.errors import ImportFailure
+from topoloc_import.errors import DriveImportError
 from topoloc_import.kitti_0039 import import_kitti_0039
 from topoloc_import.kitti_raw import import_kitti_raw
 
@@ -53,7 +53,7 @@ def main(arguments: list[str] | None = None) -> int:
     args = parser().parse_args(arguments)
     try:
         if not args.source.is_dir():
-            raise ImportFailure(f"{args.source}: no such folder")
+            raise DriveImportError(f"{args.source}: no such folder")
 
         def fill(folder: Path) -> None:
             if args.format == "kitti-0039":
@@ -62,7 +62,7 @@ def main(arguments: list[str] | None = None) -> int:
                 import_kitti_raw(args.source, folder, args.cloud)
 
         create_folder(args.out, args.force, fill)
-    except (ImportFailure, OSError) as error:
+    except (DriveImportError, OSError) as error:
         print(f"topoloc-import: {error}", file=sys.stderr)
         return 1
     print(f"{args.out}: imported")

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from topoloc_import.can_log import InertialRow, write_can_log
-from topoloc_import.errors import ImportFailure
+from topoloc_import.errors import DriveImportError
 from topoloc_import.kitti_calibration import Matrix
 from topoloc_import.lcm_log import CameraFrame, CameraLog
 
@@ -44,12 +44,12 @@ def create_folder(out: Path, force: bool, fill: Callable[[Path], None]) -> None:
     out = out.absolute()
     if out.exists():
         if not out.is_dir():
-            raise ImportFailure(f"{out} exists and is not a folder")
+            raise DriveImportError(f"{out} exists and is not a folder")
         if any(out.iterdir()):
             if not (out / "vehicle.yaml").exists():
-                raise ImportFailure(f"{out} exists and is not a drive folder")
+                raise DriveImportError(f"{out} exists and is not a drive folder")
             if not force:
-                raise ImportFailure(f"{out} exists (--force replaces it)")
+                raise DriveImportError(f"{out} exists (--force replaces it)")
     out.parent.mkdir(parents=True, exist_ok=True)
     partial = out.with_name(out.name + ".partial")
     shutil.rmtree(partial, ignore_errors=True)
@@ -75,7 +75,9 @@ def write_camera(folder: Path, frames: Iterable[CameraFrame]) -> None:
     with CameraLog(folder / "camera.lcm", CHANNEL) as log:
         for frame in frames:
             if last_us is not None and frame.time_us <= last_us:
-                raise ImportFailure(f"image time {frame.time_us} us does not come after {last_us}")
+                raise DriveImportError(
+                    f"image time {frame.time_us} us does not come after {last_us}"
+                )
             last_us = frame.time_us
             log.write(frame)
 

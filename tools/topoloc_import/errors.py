@@ -3,5 +3,5 @@
 """The one exception that the command line turns into a message."""
 
 
-class ImportFailure(Exception):
+class DriveImportError(Exception):
     """Something about the source or the destination is not as it must be."""

@@ -21,7 +21,7 @@ from topoloc_import.drive_folder import (
     write_sensors,
     write_vehicle,
 )
-from topoloc_import.errors import ImportFailure
+from topoloc_import.errors import DriveImportError
 from topoloc_import.images import jpeg_frame
 from topoloc_import.kitti_calibration import KittiCalibration
 from topoloc_import.lcm_log import CameraFrame
@@ -40,7 +40,7 @@ def import_kitti_0039(source: Path, folder: Path) -> None:
     rows = read_rows(source)
     images = read_table(source / "image_00.csv")
     if not images:
-        raise ImportFailure(f"{source / 'image_00.csv'}: no image")
+        raise DriveImportError(f"{source / 'image_00.csv'}: no image")
     calibration = KittiCalibration(source / "calib")
     K, distortion, T_cam_imu = calibration.raw_camera()
     first = jpeg_frame(source / images[0]["file"], int(images[0]["timestamp_ns"]))
@@ -57,7 +57,7 @@ def read_rows(source: Path) -> list[InertialRow]:
     """imu.csv and speed.csv, which have the same time stamps."""
     imu, speed = read_table(source / "imu.csv"), read_table(source / "speed.csv")
     if len(imu) < 2 or [r["timestamp_ns"] for r in imu] != [r["timestamp_ns"] for r in speed]:
-        raise ImportFailure(f"{source}: imu.csv and speed.csv do not have the same times")
+        raise DriveImportError(f"{source}: imu.csv and speed.csv do not have the same times")
     rows = []
     for line, (i, s) in enumerate(zip(imu, speed, strict=True), start=2):
         try:
@@ -70,7 +70,7 @@ def read_rows(source: Path) -> list[InertialRow]:
                 )
             )
         except (KeyError, ValueError, TypeError) as error:
-            raise ImportFailure(f"{source}: imu.csv, speed.csv line {line}: {error}") from error
+            raise DriveImportError(f"{source}: imu.csv, speed.csv line {line}: {error}") from error
     return rows
 
 
@@ -80,7 +80,7 @@ def read_table(path: Path) -> list[dict[str, str]]:
         with path.open(newline="", encoding="utf-8") as file:
             return list(csv.DictReader(file))
     except OSError as error:
-        raise ImportFailure(f"{path}: {error.strerror}") from error
+        raise DriveImportError(f"{path}: {error.strerror}") from error
 
 
 def copy_truth(source: Path, target: Path) -> None:
@@ -88,7 +88,7 @@ def copy_truth(source: Path, target: Path) -> None:
     try:
         shutil.copyfile(source, target)
     except OSError as error:
-        raise ImportFailure(f"{source}: {error.strerror}") from error
+        raise DriveImportError(f"{source}: {error.strerror}") from error
 
 
 def frames(source: Path, images: list[dict[str, str]]) -> Iterator[CameraFrame]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from topoloc_import.errors import ImportFailure
+from topoloc_import.errors import DriveImportError
 
 Matrix = npt.NDArray[np.float64]
 
@@ -23,7 +23,7 @@ class CalibrationFile:
         try:
             text = path.read_text(encoding="utf-8")
         except OSError as error:
-            raise ImportFailure(f"{path}: {error.strerror}") from error
+            raise DriveImportError(f"{path}: {error.strerror}") from error
         for line in text.splitlines():
             key, _, rest = line.partition(":")
             try:
@@ -35,9 +35,9 @@ class CalibrationFile:
         """The finite numbers of a key, shaped."""
         values = self._values.get(key)
         if values is None:
-            raise ImportFailure(f"{self.path}: no {key}")
+            raise DriveImportError(f"{self.path}: no {key}")
         if values.size != int(np.prod(shape)) or not np.isfinite(values).all():
-            raise ImportFailure(f"{self.path}: {key}: expected {int(np.prod(shape))} numbers")
+            raise DriveImportError(f"{self.path}: {key}: expected {int(np.prod(shape))} numbers")
         return values.reshape(shape)
 
     def transform(self) -> Matrix:
@@ -53,7 +53,7 @@ def nearest_rotation(matrix: Matrix) -> Matrix:
     u, singular, vt = np.linalg.svd(matrix)
     rotation: Matrix = u @ vt
     if np.linalg.det(rotation) < 0 or np.abs(singular - 1).max() > 1e-3:
-        raise ImportFailure(f"not a rotation matrix: {matrix.tolist()}")
+        raise DriveImportError(f"not a rotation matrix: {matrix.tolist()}")
     return rotation
 
 

@@ -21,7 +21,7 @@ from topoloc_import.drive_folder import (
     write_sensors,
     write_vehicle,
 )
-from topoloc_import.errors import ImportFailure
+from topoloc_import.errors import DriveImportError
 from topoloc_import.images import grey_frame
 from topoloc_import.kitti_calibration import KittiCalibration
 from topoloc_import.lcm_log import CameraFrame
@@ -51,7 +51,7 @@ def import_kitti_raw(source: Path, folder: Path, cloud: bool) -> None:
     calibration = KittiCalibration(drive.parent)
     images = numbered_files(drive / "image_00", "png")
     if not images:
-        raise ImportFailure(f"{drive / 'image_00' / 'data'}: no image")
+        raise DriveImportError(f"{drive / 'image_00' / 'data'}: no image")
     rows, truth = read_oxts(drive, images[0][0], images[-1][0])
     first = grey_frame(images[0][1], images[0][0])
     K, T_cam_imu = calibration.rectified_camera()
@@ -65,7 +65,7 @@ def import_kitti_raw(source: Path, folder: Path, cloud: bool) -> None:
     if cloud:
         scans = numbered_files(drive / "velodyne_points", "bin")
         if not scans:
-            raise ImportFailure(f"{drive / 'velodyne_points' / 'data'}: no scan")
+            raise DriveImportError(f"{drive / 'velodyne_points' / 'data'}: no scan")
         write_cloud(folder / "cloud.ply", scans, truth, calibration.T_velo_imu)
 
 
@@ -78,7 +78,7 @@ def find_drive(source: Path) -> Path:
         drives = sorted(d for d in source.glob("*/*_drive_*_sync") if d.is_dir())
     if len(drives) != 1:
         found = ", ".join(d.name for d in drives) or "none"
-        raise ImportFailure(f"{source}: expected one ..._drive_NNNN_sync folder, found {found}")
+        raise DriveImportError(f"{source}: expected one ..._drive_NNNN_sync folder, found {found}")
     return drives[0]
 
 
@@ -94,13 +94,13 @@ def read_times(path: Path) -> list[int | None]:
     try:
         lines = path.read_text(encoding="ascii").splitlines()
     except OSError as error:
-        raise ImportFailure(f"{path}: {error.strerror}") from error
+        raise DriveImportError(f"{path}: {error.strerror}") from error
     times: list[int | None] = []
     for number, line in enumerate(lines, start=1):
         try:
             times.append(parse_time_ns(line) if line.strip() else None)
         except ValueError as error:
-            raise ImportFailure(f"{path}:{number}: not a time: {line!r}") from error
+            raise DriveImportError(f"{path}:{number}: not a time: {line!r}") from error
     return times
 
 
@@ -110,11 +110,11 @@ def numbered_files(folder: Path, suffix: str) -> list[tuple[int, Path]]:
     files = []
     for file in sorted((folder / "data").glob(f"*.{suffix}")):
         if not file.stem.isdigit():
-            raise ImportFailure(f"{file}: the name is not a number")
+            raise DriveImportError(f"{file}: the name is not a number")
         number = int(file.stem)
         time_ns = times[number] if number < len(times) else None
         if time_ns is None:
-            raise ImportFailure(f"{file}: no time in line {number + 1} of timestamps.txt")
+            raise DriveImportError(f"{file}: no time in line {number + 1} of timestamps.txt")
         files.append((time_ns, file))
     return files
 
@@ -124,7 +124,7 @@ def read_oxts(drive: Path, first_ns: int, last_ns: int) -> tuple[list[InertialRo
     files = numbered_files(drive / "oxts", "txt")
     near = [f for f in files if first_ns - MARGIN_NS <= f[0] <= last_ns + MARGIN_NS]
     if len(near) < 2:
-        raise ImportFailure(f"{drive / 'oxts'}: fewer than two rows at the time of the images")
+        raise DriveImportError(f"{drive / 'oxts'}: fewer than two rows at the time of the images")
     if len(near) < len(files):
         print(
             f"oxts: {len(near)} of {len(files)} rows lie within 1 s of the images; others left out"
@@ -132,7 +132,7 @@ def read_oxts(drive: Path, first_ns: int, last_ns: int) -> tuple[list[InertialRo
     time_ns = np.array([time for time, _ in near], dtype=np.int64)
     if (np.diff(time_ns) <= 0).any():
         bad = near[int(np.argmin(np.diff(time_ns))) + 1][1]
-        raise ImportFailure(f"{bad}: its time does not come after that of the row before")
+        raise DriveImportError(f"{bad}: its time does not come after that of the row before")
     table = np.stack([read_row(file) for _, file in near])
     rows = [
         InertialRow(time, (a[0], a[1], a[2]), (w[0], w[1], w[2]), v)
@@ -152,9 +152,9 @@ def read_row(file: Path) -> npt.NDArray[np.float64]:
     try:
         row = np.array([float(word) for word in file.read_text(encoding="ascii").split()])
     except (OSError, ValueError) as error:
-        raise ImportFailure(f"{file}: {error}") from error
+        raise DriveImportError(f"{file}: {error}") from error
     if row.size != OXTS_COLUMNS or not np.isfinite(row).all():
-        raise ImportFailure(f"{file}: expected {OXTS_COLUMNS} finite numbers, found {row.size}")
+        raise DriveImportError(f"{file}: expected {OXTS_COLUMNS} finite numbers, found {row.size}")
     return row
 
 

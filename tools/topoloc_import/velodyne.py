@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from topoloc_import.errors import ImportFailure
+from topoloc_import.errors import DriveImportError
 from topoloc_import.kitti_calibration import Matrix, inverse
 from topoloc_import.progress import progress
 from topoloc_import.trajectory import PoseInterpolator, Trajectory
@@ -32,7 +32,7 @@ def write_cloud(
     T_imu_velo = inverse(T_velo_imu)
     inside = [s for s in scans if poses.covers(s[0], REVOLUTION_NS // 2)]
     if not inside:
-        raise ImportFailure("no scan lies inside the trajectory")
+        raise DriveImportError("no scan lies inside the trajectory")
     if len(inside) < len(scans):
         print(f"scans: {len(scans) - len(inside)} of {len(scans)} lie outside the trajectory")
     clouds = [place_scan(s, poses, T_imu_velo) for s in progress(inside, "scans")]
@@ -53,9 +53,9 @@ def place_scan(
     try:
         raw = np.fromfile(file, dtype="<f4")
     except OSError as error:
-        raise ImportFailure(f"{file}: {error.strerror}") from error
+        raise DriveImportError(f"{file}: {error.strerror}") from error
     if raw.size == 0 or raw.size % 4 != 0 or not np.isfinite(raw).all():
-        raise ImportFailure(f"{file}: expected finite float32 x y z reflectance")
+        raise DriveImportError(f"{file}: expected finite float32 x y z reflectance")
     points = raw.reshape(-1, 4).astype(np.float64)
     p_velo = points[:, :3]
     on_car = ((p_velo > CAR_MIN_M) & (p_velo < CAR_MAX_M)).all(axis=1)
