@@ -3,7 +3,6 @@
 # Front door to the scripts in tools/; each of them does only what is missing.
 
 PRESET ?= release
-export TOPOLOC_PRESET := $(PRESET)
 
 .DEFAULT_GOAL := help
 .PHONY: help setup build test demo bench format lint
@@ -20,6 +19,10 @@ build: setup ## Build everything (PRESET=release, debug, asan or tsan)
 
 test: setup ## Build and run all tests and checks
 	@tools/run-tests
+
+demo: PRESET = release
+demo: build ## Map and localise a recorded drive: make demo DRIVE=path/to/kitti_0039
+	@.venv/bin/python tools/demo.py $(if $(DRIVE),"$(DRIVE)")
 
 bench: PRESET = release
 bench: build ## Run the benchmarks

@@ -1,0 +1,127 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: 2026 The topoloc authors
+"""Maps a recorded drive from its even frames and localises its odd frames in that map.
+
+The filter starts from a pose that is wrong by 1 m and 3 degrees; the result is held against the
+drive's ground truth. Everything lands in demo/. A second run imports and maps only what changed.
+"""
+
+import argparse
+import subprocess
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parent.parent
+BIN = ROOT / "build/release/bin"
+INITIAL_ERROR_M = (0.8, -0.6, 0.0)
+INITIAL_YAW_ERROR_DEG = 3.0
+SETTLED_AFTER_S = 2.0
+NO_DRIVE = """\
+demo: {reason}
+Give a recorded drive: make demo DRIVE=path
+  path is a folder with image_00/, image_00.csv, imu.csv, speed.csv, ground_truth.tum and cloud.laz
+  (KITTI drive 0039 as prepared for topoloc), or a drive of the KITTI raw data set
+  (2011_09_26_drive_0009_sync: "synced+rectified data" and "calibration" from its download page,
+  unpacked side by side). See docs/drive-folder.md."""
+EXAMPLES = """examples:
+  tools/demo.py ../shared/data/kitti_0039
+  tools/demo.py 2011_09_26/2011_09_26_drive_0009_sync --every-metres 2"""
+
+
+def newest(paths: Iterable[Path]) -> float:
+    """Time of the newest of these files and of all files in these folders."""
+    files = (f for p in paths for f in ([p] if p.is_file() else p.rglob("*")) if f.is_file())
+    return max((f.stat().st_mtime for f in files), default=0.0)
+
+
+def outdated(product: Path, sources: Iterable[Path]) -> bool:
+    """True if the product is missing or older than one of its sources."""
+    return not product.is_file() or product.stat().st_mtime < newest(sources)
+
+
+def run(*command: str | Path) -> None:
+    """Runs a program of the project, showing its command line."""
+    shown = [str(c).removeprefix(f"{ROOT}/") for c in command]
+    print("\n$", *(f'"{s}"' if " " in s else s for s in shown), flush=True)
+    subprocess.run([str(c) for c in command], check=True)
+
+
+def disturbed_first_pose(trajectory: Path) -> str:
+    """First pose of a TUM file, moved and turned by the initial error: "x y z qx qy qz qw"."""
+    with trajectory.open() as lines:
+        first = next(line for line in lines if line.strip() and not line.startswith("#"))
+    x, y, z, qx, qy, qz, qw = (float(v) for v in first.split()[1:])
+    half = np.radians(INITIAL_YAW_ERROR_DEG) / 2.0
+    s, c = np.sin(half), np.cos(half)
+    # q times a turn about the body's z axis.
+    quaternion = (qx * c + qy * s, qy * c - qx * s, qz * c + qw * s, qw * c - qz * s)
+    position = (a + b for a, b in zip((x, y, z), INITIAL_ERROR_M, strict=True))
+    return " ".join(f"{v:.9f}" for v in (*position, *quaternion))
+
+
+def import_drive(source: Path, drive: Path) -> Path:
+    """Makes the drive folder; returns the point cloud that belongs to it."""
+    importer = ROOT / "tools/topoloc-import"
+    ready_cloud = source / "cloud.laz"
+    own_cloud = drive / "cloud.ply"
+    if outdated(drive / "vehicle.yaml", [source, importer, ROOT / "tools/topoloc_import"]):
+        if ready_cloud.is_file():
+            run(importer, "kitti-0039", source, "--out", drive, "--force")
+        else:
+            run(importer, "kitti-raw", source, "--out", drive, "--cloud", "--force")
+    return ready_cloud if ready_cloud.is_file() else own_cloud
+
+
+def demo(source: Path, out: Path, every_metres: float) -> None:
+    drive = out / source.name
+    map_file = out / f"{source.name}.tmap"
+    estimate = out / f"{source.name}.tum"
+    plots = out / "plots"
+    out.mkdir(parents=True, exist_ok=True)
+    cloud = import_drive(source, drive)
+    truth = drive / "ground_truth.tum"
+    if outdated(map_file, [drive, cloud, BIN / "topoloc-map"]):
+        run(
+            BIN / "topoloc-map", "build", "--drive", drive, "--cloud", cloud,
+            "--trajectory", truth, "--frames", "even", "--every-metres", f"{every_metres:g}",
+            "--out", map_file,
+        )  # fmt: skip
+    run(
+        BIN / "topoloc-localise", "--drive", drive, "--map", map_file, "--frames", "odd",
+        f"--initial-pose={disturbed_first_pose(truth)}", "--out", estimate,
+    )  # fmt: skip
+    run(
+        BIN / "topoloc-evaluate", "--reference", truth, "--estimate", estimate,
+        "--from-seconds", f"{SETTLED_AFTER_S:g}", "--plots", plots,
+        "--json", out / f"{source.name}.json",
+    )  # fmt: skip
+    print(f"\nmap {map_file}, trajectory {estimate}, plots in {plots}/")
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(
+        description=__doc__, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("drive", nargs="?", type=Path, help="the recording")
+    parser.add_argument("--out", type=Path, default=ROOT / "demo", help="default: demo/")
+    parser.add_argument("--every-metres", type=float, default=5.0, help="node spacing (default 5)")
+    arguments = parser.parse_args()
+    if arguments.drive is None or not arguments.drive.is_dir():
+        why = f"{arguments.drive}: no such folder" if arguments.drive else "no drive given"
+        print(NO_DRIVE.format(reason=why), file=sys.stderr)
+        return 1
+    try:
+        demo(arguments.drive.resolve(), arguments.out.resolve(), arguments.every_metres)
+    except subprocess.CalledProcessError as error:
+        # The program has said why.
+        print(f"demo: {Path(error.cmd[0]).name} failed", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
