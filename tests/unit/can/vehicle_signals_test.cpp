@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/can/vehicle_signals.hpp"
+
+#include "support/allocation_trap.hpp"
+#include "support/temporary_folder.hpp"
+
+#include <numbers>
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace topoloc::can {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+constexpr auto kCar = R"(BO_ 256 ACCEL: 8 X
+ SG_ AX : 0|16@1- (0.01,0) [-100|100] "m/s^2" X
+ SG_ AY : 16|16@1- (0.01,0) [-100|100] "m/s^2" X
+ SG_ AZ : 32|16@1- (0.01,0) [-100|100] "m/s^2" X
+ SG_ COUNT : 48|4@1+ (1,0) [0|15] "" X
+BO_ 257 RATE: 8 X
+ SG_ WX : 0|16@1- (0.1,0) [0|0] "deg/s" X
+ SG_ WY : 16|16@1- (0.1,0) [0|0] "deg/s" X
+ SG_ WZ : 32|16@1- (0.1,0) [0|0] "deg/s" X
+ SG_ COUNT : 48|4@1+ (1,0) [0|15] "" X
+BO_ 512 FRONT: 4 X
+ SG_ FL : 0|16@1+ (0.01,0) [0|300] "km/h" X
+ SG_ FR : 16|16@1+ (0.01,0) [0|300] "km/h" X
+BO_ 513 REAR: 4 X
+ SG_ RL : 0|16@1+ (0.01,0) [0|300] "km/h" X
+ SG_ RR : 16|16@1+ (0.01,0) [0|300] "km/h" X
+BO_ 768 GEARBOX: 1 X
+ SG_ GEAR : 0|4@1- (1,0) [0|0] "" X
+BO_ 769 MUX: 3 X
+ SG_ PAGE M : 0|8@1+ (1,0) [0|0] "" X
+ SG_ A m0 : 8|16@1+ (0.1,0) [0|0] "" X
+ SG_ B m1 : 8|16@1+ (0.1,0) [0|0] "" X
+BO_ 770 FLOATS: 4 X
+ SG_ F : 0|32@1- (1,0) [0|0] "m/s" X
+SIG_VALTYPE_ 770 F : 1;
+VAL_ 768 GEAR 1 "D" -1 "R" ;
+)";
+
+constexpr std::int64_t kMillisecond_ns = 1'000'000;
+
+class VehicleSignalsTest : public ::testing::Test {
+ protected:
+  VehicleSignalsTest() : dbc_(Dbc::parse(kCar, "car.dbc")) {
+    config_.dbc = folder_.with("car.dbc", kCar);
+  }
+
+  void with_imu() {
+    config_.imu.acceleration = {"ACCEL.AX", "ACCEL.AY", "ACCEL.AZ"};
+    config_.imu.angular_rate = {"RATE.WX", "RATE.WY", "RATE.WZ"};
+  }
+
+  void with_imu_counters() {
+    with_imu();
+    config_.imu.counters = {"ACCEL.COUNT", "RATE.COUNT"};
+  }
+
+  /// A frame with signals set by name; time in milliseconds.
+  Frame frame(double time_ms, const std::string& message,
+              const std::vector<std::pair<std::string, double>>& values) const {
+    Frame made;
+    made.time_ns = static_cast<std::int64_t>(time_ms * 1e6);
+    made.set_interface("can0");
+    for (const auto& [signal, value] : values) {
+      const SignalRef ref = dbc_.signal(message + "." + signal);
+      made.id = ref.message->id;
+      made.length = static_cast<std::uint8_t>(ref.message->length_bytes);
+      EXPECT_TRUE(encode(ref.signal->coding, value, made.data));
+    }
+    return made;
+  }
+  Frame accel(double time_ms, double x, double count = 0) const {
+    return frame(time_ms, "ACCEL", {{"AX", x}, {"AY", 0.5}, {"AZ", 9.81}, {"COUNT", count}});
+  }
+  Frame rate(double time_ms, double z, double count = 0) const {
+    return frame(time_ms, "RATE", {{"WX", 0}, {"WY", -1}, {"WZ", z}, {"COUNT", count}});
+  }
+  Frame wheels(double time_ms, const std::string& axle, double kmh) const {
+    const std::string prefix = axle.substr(0, 1);
+    return frame(time_ms, axle, {{prefix + "L", kmh - 1}, {prefix + "R", kmh + 1}});
+  }
+
+  testing::TemporaryFolder folder_;
+  Dbc dbc_;
+  VehicleSignalsConfig config_;
+};
+
+TEST_F(VehicleSignalsTest, PairsAccelerationAndRateByTimeInEitherOrder) {
+  with_imu();
+  VehicleSignals signals(config_);
+  EXPECT_FALSE(signals.feed(accel(10.0, 1.0)).imu);
+  const auto first = signals.feed(rate(10.4, 18.0)).imu;
+  ASSERT_TRUE(first);
+  EXPECT_EQ(first->time_ns, 10'400'000) << "the rates give the time";
+  EXPECT_NEAR(first->specific_force_mps2.x(), 1.0, 1e-12);
+  EXPECT_NEAR(first->specific_force_mps2.z(), 9.81, 1e-12);
+  EXPECT_NEAR(first->angular_rate_radps.z(), std::numbers::pi / 10, 1e-12);
+  EXPECT_NEAR(first->angular_rate_radps.y(), -std::numbers::pi / 180, 1e-12);
+
+  EXPECT_FALSE(signals.feed(rate(20.0, 36.0)).imu);
+  const auto second = signals.feed(accel(20.3, 2.0)).imu;
+  ASSERT_TRUE(second);
+  EXPECT_EQ(second->time_ns, 20'000'000);
+  EXPECT_NEAR(second->specific_force_mps2.x(), 2.0, 1e-12);
+  EXPECT_NEAR(second->angular_rate_radps.z(), std::numbers::pi / 5, 1e-12);
+  EXPECT_EQ(signals.rejected_total(), 0U);
+}
+
+TEST_F(VehicleSignalsTest, LostFrameCostsItsSampleOnly) {
+  with_imu();
+  VehicleSignals signals(config_);
+  signals.feed(accel(10.0, 1.0));  // its partner is lost
+  EXPECT_FALSE(signals.feed(rate(20.0, 2.0)).imu) << "10 ms apart: not one sample";
+  const auto sample = signals.feed(accel(20.1, 3.0)).imu;
+  ASSERT_TRUE(sample);
+  EXPECT_NEAR(sample->specific_force_mps2.x(), 3.0, 1e-12);
+  EXPECT_EQ(signals.rejected(SignalReject::kUnpaired), 1U);
+}
+
+TEST_F(VehicleSignalsTest, CountersPairWhatTimeCannot) {
+  with_imu_counters();
+  VehicleSignals signals(config_);
+  signals.feed(accel(10.0, 1.0, 7));
+  EXPECT_TRUE(signals.feed(rate(16.0, 1.0, 7)).imu) << "bunched by the gateway, counter agrees";
+  signals.feed(accel(20.0, 1.0, 8));
+  EXPECT_FALSE(signals.feed(rate(20.1, 1.0, 9)).imu) << "close in time, counter differs";
+  EXPECT_EQ(signals.rejected(SignalReject::kUnpaired), 1U);
+  EXPECT_TRUE(signals.feed(accel(20.2, 1.0, 9)).imu);
+  signals.feed(accel(30.0, 1.0, 10));
+  EXPECT_FALSE(signals.feed(rate(190.0, 1.0, 10)).imu) << "the counter has come round";
+}
+
+TEST_F(VehicleSignalsTest, AccelerationFrameCanGiveTheTime) {
+  with_imu();
+  config_.imu.time_source = ImuTimeSource::kAcceleration;
+  VehicleSignals signals(config_);
+  signals.feed(accel(10.0, 1.0));
+  EXPECT_EQ(signals.feed(rate(10.4, 1.0)).imu->time_ns, 10 * kMillisecond_ns);
+}
+
+TEST_F(VehicleSignalsTest, SpeedIsTheMeanOfAllWheelsOverTwoFrames) {
+  config_.wheels.speeds = {"FRONT.FL", "FRONT.FR", "REAR.RL", "REAR.RR"};
+  VehicleSignals signals(config_);
+  EXPECT_FALSE(signals.feed(wheels(10, "FRONT", 36.0)).speed);
+  const auto sample = signals.feed(wheels(12, "REAR", 72.0)).speed;
+  ASSERT_TRUE(sample);
+  EXPECT_NEAR(sample->speed_mps, 15.0, 1e-12);
+  EXPECT_EQ(sample->time_ns, 12 * kMillisecond_ns);
+  EXPECT_FALSE(signals.feed(wheels(30, "REAR", 72.0)).speed);
+  EXPECT_FALSE(signals.feed(wheels(50, "FRONT", 72.0)).speed) << "20 ms apart";
+  EXPECT_EQ(signals.rejected(SignalReject::kUnpaired), 1U);
+}
+
+TEST_F(VehicleSignalsTest, ReverseGearMakesSpeedNegative) {
+  config_.wheels.speeds = {"REAR.RL", "REAR.RR"};
+  for (const char* reverse : {"R", "-1"}) {
+    config_.direction.signal = "GEARBOX.GEAR";
+    config_.direction.reverse_values = {"5", reverse};
+    VehicleSignals signals(config_);
+    EXPECT_NEAR(signals.feed(wheels(10, "REAR", 36.0)).speed->speed_mps, 10.0, 1e-12);
+    signals.feed(frame(15, "GEARBOX", {{"GEAR", -1}}));
+    EXPECT_NEAR(signals.feed(wheels(20, "REAR", 36.0)).speed->speed_mps, -10.0, 1e-12);
+    signals.feed(frame(25, "GEARBOX", {{"GEAR", 1}}));
+    EXPECT_NEAR(signals.feed(wheels(30, "REAR", 36.0)).speed->speed_mps, 10.0, 1e-12);
+  }
+}
+
+TEST_F(VehicleSignalsTest, TakesFramesOfItsInterfaceOnly) {
+  config_.wheels.speeds = {"REAR.RL", "REAR.RR"};
+  config_.wheels.interface = "can0";
+  VehicleSignals signals(config_);
+  Frame other = wheels(10, "REAR", 36.0);
+  other.set_interface("can128");
+  EXPECT_FALSE(signals.feed(other).speed);
+  Frame extended = wheels(10, "REAR", 36.0);
+  extended.extended = true;
+  EXPECT_FALSE(signals.feed(extended).speed) << "same number, another id";
+  EXPECT_EQ(signals.rejected_total(), 0U);
+  EXPECT_TRUE(signals.feed(wheels(10, "REAR", 36.0)).speed);
+}
+
+TEST_F(VehicleSignalsTest, CountsEveryRejectUnderItsReason) {
+  config_.wheels.speeds = {"REAR.RL", "REAR.RR"};
+  VehicleSignals signals(config_);
+  Frame remote = wheels(10, "REAR", 36.0);
+  remote.kind = FrameKind::kRemote;
+  EXPECT_FALSE(signals.feed(remote).speed);
+  EXPECT_EQ(signals.rejected(SignalReject::kNotDataFrame), 1U);
+
+  Frame short_one = wheels(10, "REAR", 36.0);
+  short_one.length = 3;
+  EXPECT_FALSE(signals.feed(short_one).speed);
+  EXPECT_EQ(signals.rejected(SignalReject::kTooShort), 1U);
+
+  EXPECT_FALSE(signals.feed(wheels(10, "REAR", 299.5)).speed) << "one wheel at 300.5 km/h";
+  EXPECT_EQ(signals.rejected(SignalReject::kOutOfLimits), 1U);
+
+  EXPECT_TRUE(signals.feed(wheels(10, "REAR", 36.0)).speed);
+  EXPECT_FALSE(signals.feed(wheels(10, "REAR", 36.0)).speed);
+  EXPECT_FALSE(signals.feed(wheels(9, "REAR", 36.0)).speed);
+  EXPECT_EQ(signals.rejected(SignalReject::kNonMonotonicTime), 2U);
+  EXPECT_EQ(signals.rejected_total(), 5U);
+
+  config_.check_limits = false;
+  VehicleSignals unchecked(config_);
+  EXPECT_TRUE(unchecked.feed(wheels(10, "REAR", 299.5)).speed);
+}
+
+TEST_F(VehicleSignalsTest, RejectsFloatThatIsNotFinite) {
+  config_.wheels.speeds = {"FLOATS.F"};
+  VehicleSignals signals(config_);
+  Frame nan = frame(10, "FLOATS", {{"F", 1.0}});
+  nan.data[2] = 0xC0;
+  nan.data[3] = 0x7F;
+  EXPECT_FALSE(signals.feed(nan).speed);
+  EXPECT_EQ(signals.rejected(SignalReject::kNotFinite), 1U);
+  EXPECT_TRUE(signals.feed(frame(20, "FLOATS", {{"F", 1.0}})).speed);
+}
+
+TEST_F(VehicleSignalsTest, MultiplexedWheelsComeInTheirOwnFrames) {
+  config_.wheels.speeds = {"MUX.A", "MUX.B"};
+  config_.wheels.unit = "m/s";
+  VehicleSignals signals(config_);
+  EXPECT_FALSE(signals.feed(frame(10, "MUX", {{"PAGE", 0}, {"A", 10.0}})).speed);
+  EXPECT_FALSE(signals.feed(frame(11, "MUX", {{"PAGE", 2}})).speed);
+  const auto sample = signals.feed(frame(12, "MUX", {{"PAGE", 1}, {"B", 20.0}})).speed;
+  ASSERT_TRUE(sample);
+  EXPECT_NEAR(sample->speed_mps, 15.0, 1e-12);
+  EXPECT_EQ(signals.rejected(SignalReject::kMultiplexMismatch), 1U);
+  EXPECT_EQ(signals.rejected_total(), 1U);
+}
+
+TEST_F(VehicleSignalsTest, FeedingNeverAllocates) {
+  with_imu_counters();
+  config_.wheels.speeds = {"FRONT.FL", "FRONT.FR", "REAR.RL", "REAR.RR"};
+  config_.direction = {.signal = "GEARBOX.GEAR", .reverse_values = {"R"}, .interface = ""};
+  VehicleSignals signals(config_);
+  std::vector<Frame> frames;
+  for (int i = 0; i < 100; ++i) {
+    frames.push_back(accel(10 * i, 1.0, i % 16));
+    frames.push_back(rate(10 * i, 1.0, (i + i / 50 * 8) % 16));
+    frames.push_back(wheels(10 * i, "FRONT", i % 10 == 0 ? 400.0 : 36.0));
+    frames.push_back(wheels(10 * i, "REAR", 36.0));
+    frames.push_back(frame(10 * i, "GEARBOX", {{"GEAR", i % 2}}));
+    frames.back().length = static_cast<std::uint8_t>(i % 2);
+  }
+  int imu = 0;
+  int speed = 0;
+  const testing::AllocationTrap trap;
+  for (const Frame& f : frames) {
+    const VehicleSamples samples = signals.feed(f);
+    imu += samples.imu ? 1 : 0;
+    speed += samples.speed ? 1 : 0;
+  }
+  EXPECT_EQ(trap.count(), 0U);
+  EXPECT_EQ(imu, 50);
+  EXPECT_EQ(speed, 90);
+  EXPECT_GT(signals.rejected(SignalReject::kUnpaired), 0U);
+}
+
+TEST(AllocationTrap, SeesAllocations) {
+  const testing::AllocationTrap trap;
+  const std::vector<double> values(1000, 1.0);
+  EXPECT_EQ(trap.count(), 1U);
+  EXPECT_EQ(values.size(), 1000U);
+}
+
+TEST_F(VehicleSignalsTest, BadConfigurationsSayWhatIsWrong) {
+  const auto expect_error = [this](const std::string& what) {
+    EXPECT_THAT([this] { VehicleSignals{config_}; },
+                ThrowsMessage<std::runtime_error>(HasSubstr(what)));
+    VehicleSignalsConfig fresh;
+    fresh.dbc = config_.dbc;
+    config_ = fresh;
+  };
+  expect_error("neither IMU nor wheel speed");
+  config_.wheels.speeds = {"REAR.LR"};
+  expect_error("no signal 'LR'; close names: RR, RL");
+  config_.wheels.speeds = {"MUX.A"};
+  expect_error("signal 'MUX.A': unit '' is not one of m/s, km/h");
+  config_.wheels.speeds = {"REAR.RL"};
+  config_.wheels.unit = "furlong/h";
+  expect_error("unit 'furlong/h'");
+  config_.wheels.speeds = {"REAR.RL", "REAR.RL", "REAR.RL", "REAR.RL", "REAR.RL"};
+  expect_error("at most 4 wheel speeds");
+  with_imu();
+  config_.imu.angular_rate[1].clear();
+  expect_error("three acceleration and three angular rate");
+  with_imu_counters();
+  config_.imu.counters.pop_back();
+  expect_error("counters leave out");
+  with_imu_counters();
+  config_.imu.counters[1] = "RATE.WX";
+  expect_error("not as long");
+  config_.wheels.speeds = {"REAR.RL"};
+  config_.direction.signal = "GEARBOX.GEAR";
+  expect_error("no value is configured to mean reverse");
+  config_.wheels.speeds = {"REAR.RL"};
+  config_.direction = {.signal = "GEARBOX.GEAR", .reverse_values = {"Rear"}, .interface = ""};
+  expect_error("neither a whole number nor one of its value names (D, R)");
+  config_.dbc = "/nowhere/car.dbc";
+  expect_error("/nowhere/car.dbc: cannot open");
+}
+
+}  // namespace
+}  // namespace topoloc::can
