@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #pragma once
 
+#include "topoloc/map/types.hpp"
 #include "topoloc/matching/config.hpp"
 
 #include <memory>
@@ -9,10 +10,6 @@
 
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
-
-namespace topoloc::map {
-struct ModelIdentity;
-}
 
 namespace topoloc::matching {
 

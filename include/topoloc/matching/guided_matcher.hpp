@@ -31,12 +31,17 @@ class GuidedMatcher {
              std::span<const ProjectedPoint> node_points, std::vector<FeatureMatch>& out);
 
  private:
+  static constexpr float kNone = -2.0F;  ///< below every cosine
   struct Best {
-    float first = -1.0F;   ///< best cosine so far
-    float second = -1.0F;  ///< second best
+    float first = kNone;   ///< best cosine so far
+    float second = kNone;  ///< second best
     int index = -1;
   };
   void build_grid(const FeatureSet& query);
+  /// Covariance of the distance between the predicted pixel and the keypoint.
+  [[nodiscard]] Eigen::Matrix2d innovation(const ProjectedPoint& point) const;
+  [[nodiscard]] bool near_image(const FeatureSet& query, const ProjectedPoint& point) const;
+  void search(const FeatureSet& query, const FeatureSet& node, int n, const ProjectedPoint& point);
 
   GuidedConfig config_;
   float min_similarity_;
@@ -47,6 +52,7 @@ class GuidedMatcher {
   std::vector<int> cell_start_;
   std::vector<int> cell_features_;
   std::vector<int> cell_of_;
+  std::vector<int> fill_position_;
   std::vector<Best> best_of_node_;
   std::vector<Best> best_of_query_;
   std::vector<double> gates_px_;

@@ -37,6 +37,7 @@ struct FrameReport {
   FrameVerdict verdict = FrameVerdict::kOk;
   int node_count = 0;
   std::array<std::uint32_t, estimation::kMaxMatchedNodes> node_ids{};
+  int damaged_nodes = 0;  ///< near, but their block in the map file fails its checksum
   int features = 0;
   bool guided = false;  ///< matched inside the prediction's gates
   int raw_matches = 0;  ///< all nodes together

@@ -44,6 +44,10 @@ class PredictedCamera {
   Eigen::Matrix<double, 6, 6> covariance_;
 };
 
+/// d pixel / d q of an ideal pinhole camera at the camera-frame point q (Z > 0) [px/m].
+Eigen::Matrix<double, 2, 3> projection_jacobian(const PinholeCamera& camera,
+                                                const Eigen::Vector3d& q_cam);
+
 /// Points closer than this to the camera's plane are taken as not visible [m].
 inline constexpr double kMinDepth_m = 0.1;
 

@@ -8,7 +8,8 @@
 
 namespace topoloc::matching {
 
-/// Resamples raw camera images into an ideal pinhole camera with the same centre and axes.
+/// Resamples raw camera images into an ideal pinhole camera with the same centre and axes. Where
+/// the target is coarser, the raw image is averaged first.
 class Undistorter {
  public:
   /// Throws std::invalid_argument where a camera has no size or no focal length.
@@ -30,6 +31,9 @@ class Undistorter {
 
   PinholeCamera target_;
   cv::Size raw_size_;
+  /// The raw image is first averaged down by this whole factor: sampling one raw pixel in four
+  /// would alias, and features on aliases do not repeat.
+  int shrink_ = 1;
   cv::Mat map_fixed_;  ///< cv::remap's fixed-point maps: half the memory traffic of float ones
   cv::Mat map_fraction_;
   cv::Mat seen_;  ///< 255 where the target pixel lies in the raw image
