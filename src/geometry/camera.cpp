@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/geometry/camera.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/LU>
@@ -37,6 +38,34 @@ Eigen::Vector2d distort(const CameraCalibration& camera, const Eigen::Vector2d& 
   return m;
 }
 
+/// Whether the lens model still grows with the angle all the way to m. Behind a fold of its
+/// polynomial lie further solutions, which no real lens has.
+bool before_fold(const CameraCalibration& camera, const Eigen::Vector2d& m) {
+  std::array<double, 4> k{};
+  double reach = m.norm();
+  switch (camera.distortion) {
+    case Distortion::kNone:
+      return true;
+    case Distortion::kRadTan:
+      k = {camera.coefficients[0], camera.coefficients[1], camera.coefficients[4], 0.0};
+      break;
+    case Distortion::kEquidistant:
+      std::copy_n(camera.coefficients.begin(), k.size(), k.begin());
+      reach = std::atan(reach);
+      break;
+  }
+  constexpr int kSteps = 32;
+  for (int i = 1; i <= kSteps; ++i) {
+    const double s = reach * i / kSteps;
+    const double s2 = s * s;
+    // derivative of s (1 + k0 s^2 + k1 s^4 + k2 s^6 + k3 s^8)
+    if (1.0 + s2 * (3.0 * k[0] + s2 * (5.0 * k[1] + s2 * (7.0 * k[2] + s2 * 9.0 * k[3]))) <= 0.0) {
+      return false;
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 Eigen::Vector2d CameraCalibration::project(const Eigen::Vector3d& q_cam) const {
@@ -54,7 +83,8 @@ std::optional<Eigen::Vector3d> CameraCalibration::unproject(const Eigen::Vector2
   for (int i = 0; i < kMaxIterations; ++i) {
     const Eigen::Vector2d error = distort(*this, m) - target;
     if (error.norm() < kTolerance) {
-      return Eigen::Vector3d(m.x(), m.y(), 1.0);
+      return before_fold(*this, m) ? std::optional(Eigen::Vector3d(m.x(), m.y(), 1.0))
+                                   : std::nullopt;
     }
     Eigen::Matrix2d J;
     for (int axis = 0; axis < 2; ++axis) {
