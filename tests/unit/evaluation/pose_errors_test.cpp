@@ -19,7 +19,8 @@ constexpr double kHeading_rad = 2.0;
 
 /// 10 s at 10 Hz and 10 m/s, uphill, in a heading that is no axis of the world.
 Trajectory straight_drive() {
-  const Eigen::Matrix3d R = so3::exp({0, 0, kHeading_rad}) * so3::exp({0, -0.1, 0}) * so3::exp({0.02, 0, 0});
+  const Eigen::Matrix3d R =
+      so3::exp({0, 0, kHeading_rad}) * so3::exp({0, -0.1, 0}) * so3::exp({0.02, 0, 0});
   const Eigen::Vector3d forward(std::cos(kHeading_rad), std::sin(kHeading_rad), 0.1);
   Trajectory trajectory;
   for (int i = 0; i <= 100; ++i) {
