@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: 2026 The topoloc authors
+"""The demo's initial error and its idea of what is out of date."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from demo import disturbed_first_pose, outdated
+
+
+def test_first_pose_is_wrong_by_one_metre_and_three_degrees(tmp_path: Path) -> None:
+    true_position, true_quaternion = np.array([4.0, -2.0, 1.0]), np.array([0.1, 0.7, -0.5, 0.5])
+    row = " ".join(str(v) for v in (*true_position, *true_quaternion))
+    (tmp_path / "gt.tum").write_text(f"# header\n12.500 {row}\n13.0 0 0 0 0 0 0 1\n")
+    values = np.array([float(v) for v in disturbed_first_pose(tmp_path / "gt.tum").split()])
+    assert np.linalg.norm(values[:3] - true_position) == pytest.approx(1.0)
+    assert np.linalg.norm(values[3:]) == pytest.approx(1.0)
+    # |q1 . q2| is the cosine of half the angle between them.
+    angle_rad = 2.0 * np.arccos(abs(values[3:] @ true_quaternion))
+    assert np.degrees(angle_rad) == pytest.approx(3.0, abs=1e-4)
+
+
+def test_product_is_outdated_when_a_source_is_newer(tmp_path: Path) -> None:
+    folder, product = tmp_path / "sources", tmp_path / "product"
+    folder.mkdir()
+    (folder / "a").touch()
+    assert outdated(product, [folder])
+    product.touch()
+    os.utime(folder / "a", (1000.0, 1000.0))
+    assert not outdated(product, [folder])
+    os.utime(product, (999.0, 999.0))
+    assert outdated(product, [folder])
