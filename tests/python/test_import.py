@@ -57,7 +57,7 @@ def raw_drive(tmp_path: Path) -> Path:
         pixels = np.full((32, 64), 10 * n, dtype=np.uint8)
         Image.fromarray(pixels).save(drive / "image_00" / "data" / f"{n:010d}.png")
     for n in range(ROWS):
-        row = [0.0] * 30
+        row: list[float] = [0.0] * 30
         row[0:3] = [49.0 + 1e-6 * n, 8.4, 100.0]
         row[8] = SPEED_MPS
         row[11:14] = [0.1 * n, -0.2, 9.81]
@@ -191,7 +191,11 @@ def test_bad_source_leaves_nothing_behind(
 def test_quaternions_and_rotations_are_inverse() -> None:
     random = np.random.default_rng(1)
     q = random.normal(size=(200, 4))
-    q[:3] = [[1, 0, 0, 0], [0, 1, 0, 1e-9], [0, 0, 0, 1]]  # half turns and none
+    q[:3] = [
+        [1.0, 0.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0, 1e-9],
+        [0.0, 0.0, 0.0, 1.0],
+    ]  # half turns and none
     q /= np.linalg.norm(q, axis=1, keepdims=True)
     back = quaternions(rotations(q))
     assert np.abs(np.sum(q * back, axis=1)) == pytest.approx(1.0, abs=1e-12)

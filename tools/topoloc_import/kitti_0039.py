@@ -15,7 +15,6 @@ import numpy as np
 from topoloc_import.can_log import InertialRow
 from topoloc_import.drive_folder import (
     CameraModel,
-    Mounting,
     write_calibration,
     write_camera,
     write_sensors,
@@ -24,15 +23,9 @@ from topoloc_import.drive_folder import (
 from topoloc_import.errors import DriveImportError
 from topoloc_import.images import jpeg_frame
 from topoloc_import.kitti_calibration import KittiCalibration
+from topoloc_import.kitti_mounting import KITTI_MOUNTING
 from topoloc_import.lcm_log import CameraFrame
 from topoloc_import.progress import progress
-
-MOUNTING = Mounting(
-    rotation_vehicle_imu_rpy_rad=(0.0, 0.0105, -0.0044),
-    wheel_reference_imu_m=(0.4, 0.0, 0.0),
-    comment="On straights of this drive the velocity points 0.6 degrees above and 0.25 degrees to\n"
-    "the left of the IMU's x axis; the point that does not slip lies 0.4 m ahead of the IMU.",
-)
 
 
 def import_kitti_0039(source: Path, folder: Path) -> None:
@@ -49,7 +42,7 @@ def import_kitti_0039(source: Path, folder: Path) -> None:
     camera = CameraModel(first.width_px, first.height_px, K, distortion.tolist(), T_cam_imu)
     interval_s = float(np.median(np.diff([row.time_ns for row in rows]))) * 1e-9
     write_calibration(folder, camera, imu_rate_hz=1 / interval_s)
-    write_vehicle(folder, "KITTI 2011_09_26_drive_0039", MOUNTING)
+    write_vehicle(folder, "KITTI 2011_09_26_drive_0039", KITTI_MOUNTING)
     write_camera(folder, frames(source, images))
 
 

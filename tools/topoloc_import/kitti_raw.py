@@ -15,7 +15,6 @@ import numpy.typing as npt
 from topoloc_import.can_log import InertialRow
 from topoloc_import.drive_folder import (
     CameraModel,
-    Mounting,
     write_calibration,
     write_camera,
     write_sensors,
@@ -24,6 +23,7 @@ from topoloc_import.drive_folder import (
 from topoloc_import.errors import DriveImportError
 from topoloc_import.images import grey_frame
 from topoloc_import.kitti_calibration import KittiCalibration
+from topoloc_import.kitti_mounting import KITTI_MOUNTING
 from topoloc_import.lcm_log import CameraFrame
 from topoloc_import.progress import progress
 from topoloc_import.trajectory import Trajectory, mercator_trajectory, write_tum
@@ -37,12 +37,6 @@ ROLL_PITCH_YAW = slice(3, 6)
 FORWARD_SPEED = 8
 ACCELERATION = slice(11, 14)
 ANGULAR_RATE = slice(17, 20)
-
-MOUNTING = Mounting(
-    rotation_vehicle_imu_rpy_rad=(0.0, 0.0, 0.0),
-    wheel_reference_imu_m=(0.0, 0.0, 0.0),
-    comment="Taken as aligned. topoloc-calibrate measures it on a drive with reference.",
-)
 
 
 def import_kitti_raw(source: Path, folder: Path, cloud: bool) -> None:
@@ -60,7 +54,7 @@ def import_kitti_raw(source: Path, folder: Path, cloud: bool) -> None:
     write_tum(folder / "ground_truth.tum", truth)
     interval_s = float(np.median(np.diff(truth.time_ns))) * 1e-9
     write_calibration(folder, camera, imu_rate_hz=1 / interval_s)
-    write_vehicle(folder, f"KITTI {drive.name}", MOUNTING)
+    write_vehicle(folder, f"KITTI {drive.name}", KITTI_MOUNTING)
     write_camera(folder, frames(images))
     if cloud:
         scans = numbered_files(drive / "velodyne_points", "bin")

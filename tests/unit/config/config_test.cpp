@@ -70,10 +70,10 @@ class ConfigTest : public ::testing::Test {
   void write(const std::string& name, const std::string& text) const {
     std::ofstream(dir_ / name) << text;
   }
-  [[nodiscard]] VehicleConfig load() const { return load_vehicle_config(dir_ / "vehicle.yaml"); }
+  VehicleConfig load() const { return load_vehicle_config(dir_ / "vehicle.yaml"); }
 
   /// What load() complains about; fails the test if it does not.
-  [[nodiscard]] std::string complaint() const {
+  std::string complaint() const {
     try {
       load();
     } catch (const ConfigError& error) {
