@@ -46,7 +46,7 @@ struct FeatureRecord {
     return static_cast<double>(depth_m) * camera.ray(pixel_px().cast<double>());
   }
 
-  /// Score code c stands for (c / 255)^2: small scores keep their digits, error below 0.002.
+  /// Score code c stands for (c / 255)^2: small scores keep their digits, error below 0.004.
   static std::uint8_t encode_score(float score);
   static float decode_score(std::uint8_t code);
 

@@ -16,7 +16,6 @@
 namespace topoloc::map::test {
 namespace {
 
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
