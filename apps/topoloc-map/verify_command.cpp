@@ -3,26 +3,31 @@
 #include "topoloc/map/maintenance.hpp"
 
 #include "commands.hpp"
+#include "common/progress_bar.hpp"
 
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <unistd.h>
-
+#include <optional>
 namespace {
 
 using topoloc::map::VerifyProblem;
 using topoloc::map::VerifyReport;
 
-void show_progress(std::uint64_t done, std::uint64_t total) {
-  std::cerr << "\rverify: " << 100 * done / total << " % of " << total / 1'000'000 << " MB"
-            << (done == total ? "\n" : "") << std::flush;
-}
+constexpr std::uint64_t kLongWork_bytes = 500'000'000;
 
 void run(const std::filesystem::path& path) {
-  const bool to_terminal = isatty(STDERR_FILENO) == 1;
+  std::optional<topoloc::apps::ProgressBar> bar;
   const VerifyReport report =
-      topoloc::map::verify(path, to_terminal ? show_progress : decltype(&show_progress){});
+      topoloc::map::verify(path, [&bar](std::uint64_t done, std::uint64_t total) {
+        if (total > kLongWork_bytes) {
+          if (!bar) {
+            bar.emplace("verify");
+          }
+          bar->update(static_cast<double>(done) / static_cast<double>(total));
+        }
+      });
+  bar.reset();
   if (report.ok()) {
     std::cout << path.string() << ": ok, " << report.node_count << " nodes\n";
     return;
