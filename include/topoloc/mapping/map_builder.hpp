@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#pragma once
+
+#include "topoloc/config/vehicle_config.hpp"
+#include "topoloc/mapping/lift.hpp"
+#include "topoloc/mapping/node_selection.hpp"
+#include "topoloc/mapping/point_cloud.hpp"
+#include "topoloc/mapping/render.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <numbers>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace topoloc::mapping {
+
+/// What a map is made from, and where it goes.
+struct BuildPaths {
+  std::filesystem::path drive;       ///< folder with camera.lcm and vehicle.yaml
+  std::filesystem::path cloud;       ///< .pcd, .ply, .las or .laz, in the world frame
+  std::filesystem::path trajectory;  ///< TUM, T_world_imu of the mapping drive
+  std::filesystem::path out;         ///< the map file
+};
+
+/// Settings of the builder. Feature model, matching camera and mask come from vehicle.yaml.
+struct BuildConfig {
+  SelectionConfig selection{.frames = FrameParity::kAll};
+  RenderConfig render;
+  LiftConfig lift;
+  /// Standard deviation per axis of the trajectory's poses against the cloud: becomes the
+  /// covariance of every node (no refinement of poses yet).
+  double trajectory_std_m = 0.02;
+  double trajectory_std_rad = 0.05 * std::numbers::pi / 180.0;
+  double min_coverage = 0.005;  ///< share of pixels that must show the cloud
+  int min_features = 50;
+  int min_lifted = 40;  ///< fewer 3D points do not carry a pose
+  int threads = 0;      ///< workers; 0: one per core. Does not change the map
+  std::string creator;  ///< program and version, goes into the map
+};
+
+/// Why a planned node is not in the map.
+enum class NodeReject {
+  kUndecodableImage,
+  kCloudNotInView,  ///< coverage below min_coverage
+  kTooFewFeatures,
+  kTooFewLifted,
+};
+inline constexpr int kNodeRejectCount = 4;
+std::string_view name(NodeReject reason);
+
+struct RejectedNode {
+  std::size_t frame = 0;
+  std::int64_t time_ns = 0;
+  NodeReject reason = NodeReject::kUndecodableImage;
+};
+
+struct BuildReport {
+  std::size_t frames = 0;             ///< usable ones in camera.lcm
+  std::uint64_t frames_rejected = 0;  ///< unusable ones, see drive::FrameReject
+  std::string first_frame_error;      ///< in words; empty if there was none
+  Selection selection;
+  std::vector<RejectedNode> rejected_nodes;
+  std::size_t nodes_written = 0;
+  std::size_t nodes_resumed = 0;  ///< taken over from an interrupted run
+  std::uint64_t features = 0;
+  std::uint64_t lifted = 0;
+  double mean_depth_std_m = 0.0;  ///< over the lifted features
+  std::uint64_t map_bytes = 0;
+  std::uint64_t cloud_points = 0;
+  std::uint64_t cloud_points_rejected = 0;
+  double cloud_seconds = 0.0;  ///< loading and sorting
+  double nodes_seconds = 0.0;  ///< wall clock of all nodes
+};
+
+/// Called from worker threads, one at a time.
+struct BuildProgress {
+  Progress cloud;
+  Progress nodes;
+};
+
+/// Builds a map from a cloud and a drive whose poses are known (method parts M1, M3, M7).
+///
+/// Finished nodes are kept in `<out>.partial/` until the map is complete: a build that was killed
+/// goes on where it stopped if inputs and settings are the same, and gives the same file as one
+/// that was not. The map does not depend on the number of threads.
+///
+/// Throws std::runtime_error (or an exception derived from it) that names file and reason: unusable
+/// inputs, a trajectory that covers no frame, a cloud that lies elsewhere than the drive, no node
+/// good enough.
+BuildReport build_map(const BuildPaths& paths, const BuildConfig& config,
+                      const BuildProgress& progress = {});
+
+}  // namespace topoloc::mapping

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#pragma once
+
+#include "topoloc/config/vehicle_config.hpp"
+#include "topoloc/map/types.hpp"
+#include "topoloc/mapping/map_builder.hpp"
+
+#include <string>
+
+namespace topoloc::mapping {
+
+/// Everything that a node depends on, as text: two builds with the same text make the same nodes.
+/// Input files are named by path, size and time of change.
+std::string describe_settings(const BuildPaths& paths, const BuildConfig& config,
+                              const config::VehicleConfig& vehicle, const map::MapInfo& info);
+
+}  // namespace topoloc::mapping

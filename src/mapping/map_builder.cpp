@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/mapping/map_builder.hpp"
+
+#include "topoloc/drive/drive.hpp"
+#include "topoloc/map/map_file.hpp"
+#include "topoloc/map/map_writer.hpp"
+
+#include "mapping/build_journal.hpp"
+#include "mapping/build_settings.hpp"
+#include "mapping/cloud_reader.hpp"
+#include "mapping/node_maker.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <exception>
+#include <mutex>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+
+namespace topoloc::mapping {
+namespace {
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+std::string box_text(const Eigen::AlignedBox3d& box) {
+  std::ostringstream text;
+  text.setf(std::ios::fixed);
+  text.precision(1);
+  text << "x " << box.min().x() << " to " << box.max().x() << ", y " << box.min().y() << " to "
+       << box.max().y() << ", z " << box.min().z() << " to " << box.max().z() << " m";
+  return text.str();
+}
+
+/// Fails before the work starts where it could only fail after it.
+void check_out(const std::filesystem::path& out) {
+  const std::filesystem::path folder = std::filesystem::absolute(out).parent_path();
+  if (!std::filesystem::is_directory(folder)) {
+    fail(out, "its folder does not exist");
+  }
+  if (std::filesystem::is_directory(out)) {
+    fail(out, "is a folder, not a map file");
+  }
+}
+
+Selection plan_nodes(const BuildPaths& paths, const drive::FrameLog& frames,
+                     const evaluation::Trajectory& trajectory, const SelectionConfig& config) {
+  std::vector<std::int64_t> times_ns(frames.size());
+  for (std::size_t i = 0; i < times_ns.size(); ++i) {
+    times_ns[i] = frames.time_ns(i);
+  }
+  Selection selection = select_nodes(times_ns, trajectory, config);
+  if (selection.nodes.empty()) {
+    const auto span = [](std::int64_t from_ns, std::int64_t to_ns) {
+      return std::to_string(from_ns / 1'000'000'000) + " to " +
+             std::to_string(to_ns / 1'000'000'000) + " s";
+    };
+    fail(paths.trajectory, "gives no pose to any of the frames to use: it covers " +
+                               span(trajectory.front().time_ns, trajectory.back().time_ns) +
+                               ", the frames " + span(times_ns.front(), times_ns.back()));
+  }
+  return selection;
+}
+
+/// A cloud in another frame, or of another place, shows before any node is made.
+void check_cloud_is_here(const BuildPaths& paths, const BuildConfig& config,
+                         const config::VehicleConfig& vehicle, const CloudGrid& grid,
+                         const Selection& selection) {
+  Eigen::AlignedBox3d drive_box;
+  std::size_t blind = 0;
+  for (const PlannedNode& node : selection.nodes) {
+    drive_box.extend(node.T_world_imu.p);
+    const auto cells = grid.cells_in_view(matching::matching_camera(vehicle.matching),
+                                          node.T_world_imu * vehicle.camera.kalibr.T_imu_cam,
+                                          config.render.max_depth_m);
+    blind += cells.empty() ? 1 : 0;
+  }
+  if (2 * blind <= selection.nodes.size()) {
+    return;
+  }
+  Eigen::AlignedBox3d cloud_box;
+  for (std::size_t i = 0; i < grid.cloud().size(); ++i) {
+    cloud_box.extend(grid.cloud().position_world(i));
+  }
+  fail(paths.cloud, "lies elsewhere than the drive: " + std::to_string(blind) + " of " +
+                        std::to_string(selection.nodes.size()) + " nodes see none of it. Cloud: " +
+                        box_text(cloud_box) + "; drive: " + box_text(drive_box));
+}
+
+/// Makes all nodes that the journal does not hold yet, on all cores.
+void make_nodes(const NodeContext& context, const std::vector<PlannedNode>& pending,
+                std::size_t total, drive::FrameLog& frames, const BuildJournal& journal,
+                const Progress& progress) {
+  std::mutex mutex;  // guards frames, progress, done and failure
+  std::size_t done = total - pending.size();
+  std::exception_ptr failure;
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    try {
+      NodeMaker maker(context);
+      for (std::size_t i = next++; i < pending.size(); i = next++) {
+        cv::Mat raw;
+        {
+          const std::lock_guard lock(mutex);
+          if (failure) {
+            return;
+          }
+          raw = frames.grey(pending[i].frame);
+        }
+        journal.store(pending[i].frame, maker.make(pending[i], raw));
+        const std::lock_guard lock(mutex);
+        ++done;
+        if (progress) {
+          progress(static_cast<double>(done) / static_cast<double>(total));
+        }
+      }
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      failure = failure ? failure : std::current_exception();
+    }
+  };
+  const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
+  const std::size_t workers = std::min(
+      context.config.threads > 0 ? static_cast<std::size_t>(context.config.threads) : cores,
+      pending.size());
+  {
+    std::vector<std::jthread> pool;
+    for (std::size_t i = 0; i < workers; ++i) {
+      pool.emplace_back(work);
+    }
+  }
+  if (failure) {
+    std::rethrow_exception(failure);
+  }
+}
+
+/// Puts the journal's nodes into one map, in the order of the drive.
+void assemble(const std::filesystem::path& out, const map::MapInfo& info,
+              const BuildJournal& journal, BuildReport& report) {
+  map::MapWriter writer(out, info);
+  double depth_std_sum_m = 0.0;
+  for (const PlannedNode& node : report.selection.nodes) {
+    const NodeOutcome outcome = journal.load(node.frame);
+    if (outcome.rejected) {
+      report.rejected_nodes.push_back({node.frame, node.time_ns, *outcome.rejected});
+      continue;
+    }
+    writer.add(outcome.draft);
+    ++report.nodes_written;
+    report.features += outcome.draft.features.size();
+    for (const map::Feature& feature : outcome.draft.features) {
+      if (feature.depth_m > 0.0F) {
+        ++report.lifted;
+        depth_std_sum_m += static_cast<double>(feature.depth_std_m);
+      }
+    }
+  }
+  if (report.nodes_written == 0) {
+    fail(out, "not written: all " + std::to_string(report.selection.nodes.size()) +
+                  " nodes were rejected (the first: " +
+                  std::string(name(report.rejected_nodes.front().reason)) + ")");
+  }
+  writer.finish();
+  report.mean_depth_std_m =
+      report.lifted > 0 ? depth_std_sum_m / static_cast<double>(report.lifted) : 0.0;
+  report.map_bytes = std::filesystem::file_size(out);
+}
+
+}  // namespace
+
+std::string_view name(NodeReject reason) {
+  switch (reason) {
+    case NodeReject::kUndecodableImage:
+      return "undecodable_image";
+    case NodeReject::kCloudNotInView:
+      return "cloud_not_in_view";
+    case NodeReject::kTooFewFeatures:
+      return "too_few_features";
+    case NodeReject::kTooFewLifted:
+      return "too_few_lifted";
+  }
+  return "unknown";
+}
+
+BuildReport build_map(const BuildPaths& paths, const BuildConfig& config,
+                      const BuildProgress& progress) {
+  BuildReport report;
+  check_out(paths.out);
+  // Of the drive only the camera matters here: no can.log is needed to make a map.
+  drive::Drive drive;
+  drive.dir = paths.drive;
+  drive.vehicle = config::load_vehicle_config(paths.drive / "vehicle.yaml");
+  const evaluation::Trajectory trajectory = evaluation::read_tum(paths.trajectory);
+  drive::FrameLog frames = drive::open_frames(drive);
+  report.frames = frames.size();
+  report.selection = plan_nodes(paths, frames, trajectory, config.selection);
+  const map::ModelIdentity model = matching::make_extractor(drive.vehicle.matching)->identity();
+
+  auto start = std::chrono::steady_clock::now();
+  const CloudGrid grid(load_point_cloud(paths.cloud, progress.cloud));
+  const PointCloud& cloud = grid.cloud();
+  report.cloud_points = cloud.size();
+  report.cloud_points_rejected =
+      cloud.rejected_not_finite + cloud.rejected_too_far + cloud.rejected_noise;
+  report.cloud_seconds = seconds_since(start);
+  check_cloud_is_here(paths, config, drive.vehicle, grid, report.selection);
+
+  map::MapInfo info;
+  info.camera = matching::matching_camera(drive.vehicle.matching);
+  info.T_imu_cam = drive.vehicle.camera.kalibr.T_imu_cam;
+  info.model = model;
+  info.crs = cloud.crs;
+  info.creator = config.creator;
+
+  std::filesystem::path partial = paths.out;
+  partial += ".partial";
+  const BuildJournal journal(partial, describe_settings(paths, config, drive.vehicle, info), info);
+  std::vector<PlannedNode> pending;
+  for (const PlannedNode& node : report.selection.nodes) {
+    if (!journal.contains(node.frame)) {
+      pending.push_back(node);
+    }
+  }
+  report.nodes_resumed = report.selection.nodes.size() - pending.size();
+  start = std::chrono::steady_clock::now();
+  make_nodes({grid, drive.vehicle, config}, pending, report.selection.nodes.size(), frames, journal,
+             progress.nodes);
+  report.nodes_seconds = seconds_since(start);
+
+  // Always through the journal, so that a resumed build cannot differ from an uninterrupted one.
+  assemble(paths.out, info, journal, report);
+  journal.remove();
+  for (std::size_t i = 0; i < drive::kFrameRejectCount; ++i) {
+    report.frames_rejected += frames.rejected(static_cast<drive::FrameReject>(i));
+  }
+  report.first_frame_error = frames.first_error();
+  return report;
+}
+
+}  // namespace topoloc::mapping

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "mapping/node_maker.hpp"
+
+#include "topoloc/geometry/so3.hpp"
+#include "topoloc/map/depth_codec.hpp"
+#include "topoloc/map/feature_record.hpp"
+
+#include <stdexcept>
+
+#include <opencv2/imgcodecs.hpp>
+
+namespace topoloc::mapping {
+namespace {
+
+/// Workers run side by side, so the model inside each of them gets one thread.
+matching::MatchingConfig single_threaded(matching::MatchingConfig config) {
+  config.threads = 1;
+  return config;
+}
+
+cv::Mat raw_mask(const config::CameraConfig& camera) {
+  if (camera.mask.empty()) {
+    return {};
+  }
+  cv::Mat mask = cv::imread(camera.mask.string(), cv::IMREAD_GRAYSCALE);
+  if (mask.empty()) {
+    throw std::runtime_error(camera.mask.string() + ": mask image cannot be read");
+  }
+  return mask;
+}
+
+std::vector<std::byte> encode_jpeg(const cv::Mat& grey) {
+  constexpr int kQuality = 90;
+  std::vector<unsigned char> bytes;
+  cv::imencode(".jpg", grey, bytes, {cv::IMWRITE_JPEG_QUALITY, kQuality});
+  const auto* data = reinterpret_cast<const std::byte*>(bytes.data());
+  return {data, data + bytes.size()};
+}
+
+}  // namespace
+
+Eigen::Matrix<double, 6, 6> node_covariance(const RigidTransform& T_world_imu,
+                                            const RigidTransform& T_imu_cam, double std_m,
+                                            double std_rad) {
+  // R_cam_true = R Exp(theta_imu) R_imu_cam = R_cam Exp(R_imu_cam^T theta_imu), and the camera sits
+  // on a lever: p_cam_true = p_cam + dp_imu - R [p_imu_cam]x theta_imu.
+  Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Identity();
+  J.topLeftCorner<3, 3>() = T_imu_cam.R.transpose();
+  J.bottomLeftCorner<3, 3>() = -T_world_imu.R * so3::skew(T_imu_cam.p);
+  Eigen::Matrix<double, 6, 1> variance;
+  variance << Eigen::Vector3d::Constant(std_rad * std_rad),
+      Eigen::Vector3d::Constant(std_m * std_m);
+  const Eigen::Matrix<double, 6, 6> P = J * variance.asDiagonal() * J.transpose();
+  return 0.5 * (P + P.transpose());
+}
+
+NodeMaker::NodeMaker(const NodeContext& context)
+    : context_(context),
+      T_imu_cam_(context.vehicle.camera.kalibr.T_imu_cam),
+      undistorter_(context.vehicle.camera.kalibr.calibration,
+                   matching::matching_camera(context.vehicle.matching)),
+      extractor_(matching::make_extractor(single_threaded(context.vehicle.matching))),
+      features_(extractor_->max_features(), extractor_->identity().descriptor_dim) {
+  extractor_->set_mask(undistorter_.mask(raw_mask(context.vehicle.camera),
+                                         context.vehicle.matching.mask_erosion_px));
+}
+
+NodeOutcome NodeMaker::make(const PlannedNode& node, const cv::Mat& raw) {
+  if (raw.empty()) {
+    return {NodeReject::kUndecodableImage, {}};
+  }
+  const RigidTransform T_world_cam = node.T_world_imu * T_imu_cam_;
+  const RenderedView view =
+      render(context_.grid, undistorter_.target(), T_world_cam, context_.config.render);
+  if (view.coverage() < context_.config.min_coverage) {
+    return {NodeReject::kCloudNotInView, {}};
+  }
+  undistorter_.undistort(raw, undistorted_);
+  extractor_->extract(undistorted_, features_);
+
+  map::NodeDraft draft;
+  int lifted = 0;
+  for (int i = 0; i < features_.count; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const Lift lift =
+        mapping::lift(view, features_.pixels_px[at].cast<double>(), context_.config.lift);
+    lifted += lift.verdict == LiftVerdict::kLifted ? 1 : 0;
+    draft.features.push_back({features_.pixels_px[at], static_cast<float>(lift.depth_m),
+                              static_cast<float>(lift.depth_std_m), features_.scores[at]});
+  }
+  if (features_.count < context_.config.min_features) {
+    return {NodeReject::kTooFewFeatures, {}};
+  }
+  if (lifted < context_.config.min_lifted) {
+    return {NodeReject::kTooFewLifted, {}};
+  }
+  const std::size_t values =
+      draft.features.size() * static_cast<std::size_t>(features_.descriptor_dim);
+  draft.descriptors.resize(values);
+  map::encode_descriptors(std::span(features_.descriptors).first(values), draft.descriptors);
+  draft.time_ns = node.time_ns;
+  draft.T_world_cam = T_world_cam;
+  draft.covariance = node_covariance(node.T_world_imu, T_imu_cam_, context_.config.trajectory_std_m,
+                                     context_.config.trajectory_std_rad);
+  draft.camera_image = encode_jpeg(undistorted_);
+  draft.depth_image = map::encode_depth(view.depth_m, view.camera.width_px, view.camera.height_px);
+  return {std::nullopt, std::move(draft)};
+}
+
+}  // namespace topoloc::mapping
