@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
   CLI::App app("Makes and looks after map files (.tmap).", "topoloc-map");
   app.set_version_flag("--version", TOPOLOC_VERSION);
   app.require_subcommand(1);
+  add_build_command(app);
   add_inspect_command(app);
   add_verify_command(app);
   add_strip_command(app);

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/mapping/map_builder.hpp"
+
+#include "commands.hpp"
+#include "common/progress_bar.hpp"
+
+#include <iostream>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <optional>
+
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+
+namespace {
+
+using namespace topoloc::mapping;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+struct Options {
+  BuildPaths paths;
+  BuildConfig config;
+  std::string refine = "none";
+  double trajectory_std_deg = 0.05;
+  bool json = false;
+};
+
+std::map<std::string, std::size_t> rejected_by_reason(const BuildReport& report) {
+  std::map<std::string, std::size_t> counts;
+  for (const RejectedNode& node : report.rejected_nodes) {
+    ++counts[std::string(name(node.reason))];
+  }
+  return counts;
+}
+
+void print_json(const Options& options, const BuildReport& report) {
+  nlohmann::ordered_json rejected = nlohmann::ordered_json::array();
+  for (const RejectedNode& node : report.rejected_nodes) {
+    rejected.push_back(
+        {{"frame", node.frame}, {"time_ns", node.time_ns}, {"reason", name(node.reason)}});
+  }
+  const nlohmann::ordered_json out{
+      {"map", options.paths.out.string()},
+      {"map_bytes", report.map_bytes},
+      {"frames", report.frames},
+      {"frames_rejected", report.frames_rejected},
+      {"frames_of_other_parity", report.selection.frames_of_other_parity},
+      {"frames_without_pose", report.selection.frames_without_pose},
+      {"travelled_m", report.selection.travelled_m},
+      {"nodes", report.nodes_written},
+      {"nodes_resumed", report.nodes_resumed},
+      {"nodes_rejected", rejected},
+      {"features", report.features},
+      {"features_lifted", report.lifted},
+      {"mean_depth_std_m", report.mean_depth_std_m},
+      {"cloud_points", report.cloud_points},
+      {"cloud_points_rejected", report.cloud_points_rejected},
+      {"cloud_seconds", report.cloud_seconds},
+      {"nodes_seconds", report.nodes_seconds}};
+  std::cout << out.dump(2) << '\n';
+}
+
+void print_summary(const Options& options, const BuildReport& report) {
+  const auto nodes = static_cast<double>(report.nodes_written);
+  const std::size_t made = report.selection.nodes.size() - report.nodes_resumed;
+  fmt::print("{}: {} nodes on {:.0f} m, {:.1f} MB ({:.0f} kB a node with images)\n",
+             options.paths.out.string(), report.nodes_written, report.selection.travelled_m,
+             static_cast<double>(report.map_bytes) / 1e6,
+             static_cast<double>(report.map_bytes) / 1e3 / nodes);
+  fmt::print("features: {:.0f} a node, {:.1f} % with a 3D point, mean depth deviation {:.2f} m\n",
+             static_cast<double>(report.features) / nodes,
+             report.features == 0 ? 0.0
+                                  : 100.0 * static_cast<double>(report.lifted) /
+                                        static_cast<double>(report.features),
+             report.mean_depth_std_m);
+  fmt::print("frames: {} usable, {} rejected, {} of the other parity, {} without a pose\n",
+             report.frames, report.frames_rejected, report.selection.frames_of_other_parity,
+             report.selection.frames_without_pose);
+  if (!report.first_frame_error.empty()) {
+    fmt::print("first rejected frame: {}\n", report.first_frame_error);
+  }
+  for (const auto& [reason, count] : rejected_by_reason(report)) {
+    fmt::print("nodes rejected, {}: {}\n", reason, count);
+  }
+  for (const RejectedNode& node : report.rejected_nodes) {
+    fmt::print("  frame {} at {} ns: {}\n", node.frame, node.time_ns, name(node.reason));
+  }
+  fmt::print("cloud: {} points ({} rejected), {:.1f} s; nodes: {:.1f} s, {:.2f} s each",
+             report.cloud_points, report.cloud_points_rejected, report.cloud_seconds,
+             report.nodes_seconds,
+             made == 0 ? 0.0 : report.nodes_seconds / static_cast<double>(made));
+  fmt::print(report.nodes_resumed > 0 ? " ({} taken over from an interrupted run)\n" : "\n",
+             report.nodes_resumed);
+}
+
+/// A bar that appears with the first step, so that its clock does not run before.
+Progress bar(const std::string& label) {
+  const auto shown = std::make_shared<std::optional<topoloc::apps::ProgressBar>>();
+  return [shown, label](double share) {
+    if (!*shown) {
+      shown->emplace(label);
+    }
+    (*shown)->update(share);
+    if (share >= 1.0) {
+      shown->reset();
+    }
+  };
+}
+
+void run(Options& options) {
+  if (options.refine == "auto") {
+    throw std::runtime_error(
+        "--refine auto is not available yet: give a trajectory that fits the cloud and "
+        "--refine none");
+  }
+  options.config.trajectory_std_rad = options.trajectory_std_deg * kDegree;
+  options.config.creator = std::string("topoloc-map ") + TOPOLOC_VERSION;
+  const BuildReport report =
+      build_map(options.paths, options.config, {.cloud = bar("cloud"), .nodes = bar("nodes")});
+  if (options.json) {
+    print_json(options, report);
+  } else {
+    print_summary(options, report);
+  }
+}
+
+}  // namespace
+
+void add_build_command(CLI::App& app) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* const command =
+      app.add_subcommand("build", "Makes a map from a point cloud and a camera drive");
+  command->add_option("--drive", options->paths.drive, "Drive folder: camera.lcm, vehicle.yaml")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  command->add_option("--cloud", options->paths.cloud, "Point cloud: .pcd, .ply, .las or .laz")
+      ->required()
+      ->check(CLI::ExistingFile);
+  command
+      ->add_option("--trajectory", options->paths.trajectory,
+                   "Poses of the drive in the cloud's frame (TUM, T_world_imu)")
+      ->required()
+      ->check(CLI::ExistingFile);
+  command->add_option("--out,-o", options->paths.out, "Map to write (.tmap)")->required();
+  command
+      ->add_option("--refine", options->refine,
+                   "none: take the trajectory as it is. auto: refine it on the cloud (not "
+                   "available yet)")
+      ->check(CLI::IsMember({"none", "auto"}))
+      ->capture_default_str();
+  command
+      ->add_option("--every-metres", options->config.selection.every_m,
+                   "Distance between nodes; turns of 15 degrees get one of their own")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->capture_default_str();
+  const std::map<std::string, FrameParity> parities{
+      {"even", FrameParity::kEven}, {"odd", FrameParity::kOdd}, {"all", FrameParity::kAll}};
+  command
+      ->add_option("--frames", options->config.selection.frames,
+                   "even, odd or all: frames to use by order number in camera.lcm, from 0 "
+                   "[all]")
+      ->transform(CLI::CheckedTransformer(parities));
+  command
+      ->add_option("--trajectory-std-m", options->config.trajectory_std_m,
+                   "Standard deviation of the trajectory against the cloud, per axis")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
+  command
+      ->add_option("--trajectory-std-deg", options->trajectory_std_deg,
+                   "The same of its rotation, per axis")
+      ->check(CLI::Range(0.0, 90.0))
+      ->capture_default_str();
+  command->add_option("--threads", options->config.threads, "Workers; 0: one per core")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "Report as JSON on stdout");
+  command->footer(
+      "A build that was interrupted goes on where it stopped when the same command is given "
+      "again;\nits finished nodes wait in MAP.tmap.partial/.\n"
+      "Examples:\n"
+      "  topoloc-map build --drive drive --cloud cloud.laz --trajectory drive/ground_truth.tum \\\n"
+      "      --out town.tmap\n"
+      "  topoloc-map build --drive drive --cloud cloud.pcd --trajectory prior.tum --out even.tmap "
+      "\\\n      --frames even --every-metres 2");
+  command->callback([options] { run(*options); });
+}
