@@ -62,7 +62,7 @@ function(topoloc_test kind module)
   endif()
   set(target ${kind}_${module})
   add_executable(${target} ${sources})
-  target_include_directories(${target} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
+  target_include_directories(${target} PRIVATE ${CMAKE_SOURCE_DIR}/tests ${CMAKE_SOURCE_DIR}/src)
   target_link_libraries(${target} PRIVATE topoloc_options ${ARGN} GTest::gtest_main GTest::gmock)
   target_compile_definitions(${target} PRIVATE TOPOLOC_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
                                                TOPOLOC_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")

@@ -16,7 +16,7 @@ namespace topoloc::mapping {
 struct RenderConfig {
   double min_depth_m = 1.0;   ///< nearer points are on the vehicle, or noise
   double max_depth_m = 80.0;  ///< beyond, a pixel covers more than the cloud resolves
-  /// Occlusion: a point covers a disc of this radius (as far as its neighbours on a surface are
+  /// Occlusion: a point covers a disc of this radius (twice as far as neighbours on a surface are
   /// apart), seen in pixels between the two limits.
   double footprint_m = 0.12;
   double min_footprint_px = 2.0;

@@ -43,7 +43,7 @@ TEST(Render, GivesDepthIntensityAndPointOfAWall) {
 
 TEST(Render, NothingShinesThroughASparseWall) {
   PointCloud cloud;
-  scan(cloud, 1.3, 2.1, wall(6.0));   // near wall in scan lines two pixels apart
+  scan(cloud, 1.3, 2.1, wall(3.0));   // near wall in scan lines 6 cm apart
   scan(cloud, 0.7, 0.7, wall(15.0));  // dense wall behind it
   const RenderedView view = render(CloudGrid(std::move(cloud)), kCamera, {});
   EXPECT_EQ(count(view, 6, 154, 6, 114, 10.0F, 99.0F), 0);
