@@ -92,8 +92,10 @@ void print_summary(const Options& options, const BuildReport& report) {
              report.cloud_points, report.cloud_points_rejected, report.cloud_seconds,
              report.nodes_seconds,
              made == 0 ? 0.0 : report.nodes_seconds / static_cast<double>(made));
-  fmt::print(report.nodes_resumed > 0 ? " ({} taken over from an interrupted run)\n" : "\n",
-             report.nodes_resumed);
+  if (report.nodes_resumed > 0) {
+    fmt::print(" ({} taken over from an interrupted run)", report.nodes_resumed);
+  }
+  fmt::print("\n");
 }
 
 /// A bar that appears with the first step, so that its clock does not run before.
