@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/drive/drive.hpp"
+
+#include "topoloc/transport/lcm_log.hpp"
+
+#include <cstdlib>
+#include <fstream>
+#include <string>
+#include <topoloc/image_t.hpp>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <opencv2/imgcodecs.hpp>
+
+namespace topoloc::drive {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr int kWidth_px = 64;
+constexpr int kHeight_px = 32;
+constexpr std::int64_t kStart_us = 1'700'000'000'000'000;
+
+image_t grey_image(std::int64_t time_us, std::uint8_t level) {
+  image_t image{};
+  image.utime = time_us;
+  image.width = kWidth_px;
+  image.height = kHeight_px;
+  image.row_stride = kWidth_px + 8;  // padded rows
+  image.pixelformat = transport::kPixelFormatGray;
+  image.data.assign(static_cast<std::size_t>(image.row_stride * kHeight_px), level);
+  image.size = static_cast<std::int32_t>(image.data.size());
+  return image;
+}
+
+image_t jpeg_image(std::int64_t time_us, std::uint8_t level) {
+  image_t image = grey_image(time_us, level);
+  image.pixelformat = transport::kPixelFormatMjpeg;
+  cv::imencode(".jpg", cv::Mat(kHeight_px, kWidth_px, CV_8UC1, cv::Scalar(level)), image.data);
+  image.size = static_cast<std::int32_t>(image.data.size());
+  return image;
+}
+
+class DriveTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::remove_all(dir_);
+    std::filesystem::create_directories(dir_);
+    std::filesystem::copy_file(
+        std::filesystem::path(TOPOLOC_SOURCE_DIR) / "config" / "topoloc_imu_wheel.dbc",
+        dir_ / "topoloc_imu_wheel.dbc");
+    write("vehicle.yaml", R"(format: 1
+can:
+  dbc: topoloc_imu_wheel.dbc
+  imu:
+    acceleration: [IMU_ACCEL.ACCEL_X, IMU_ACCEL.ACCEL_Y, IMU_ACCEL.ACCEL_Z]
+    angular_rate: [IMU_RATE.RATE_X, IMU_RATE.RATE_Y, IMU_RATE.RATE_Z]
+    counters: [IMU_ACCEL.ACCEL_COUNTER, IMU_RATE.RATE_COUNTER]
+  wheels:
+    speeds: [WHEEL_SPEEDS.FRONT_LEFT, WHEEL_SPEEDS.REAR_RIGHT]
+  direction: {signal: TRAVEL_DIRECTION.DIRECTION, reverse_values: [REVERSE]}
+camera: {calibration: camchain.yaml}
+imu: {calibration: imu.yaml}
+)");
+    write("camchain.yaml", R"(cam0:
+  camera_model: pinhole
+  intrinsics: [50.0, 50.0, 32.0, 16.0]
+  distortion_model: none
+  resolution: [64, 32]
+  T_cam_imu: [[0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0], [0, 0, 0, 1]]
+  timeshift_cam_imu: 0.25
+)");
+    write("imu.yaml", R"(accelerometer_noise_density: 0.01
+accelerometer_random_walk: 0.0002
+gyroscope_noise_density: 0.005
+gyroscope_random_walk: 4.0e-06
+update_rate: 100.0
+)");
+    // Acceleration z 9.8 (49000 counts), rate z 0.1 (5000), both wheels 1.5 (750), reverse.
+    write("can.log",
+          "(1700000000.000000) can0 100#000000000068BF00\n"
+          "(1700000000.000000) can0 101#0000000000881300\n"
+          "(1700000000.000000) can0 103#02\n"
+          "(1700000000.000000) can0 102#EE02000000000000\n");
+  }
+  void TearDown() override { std::filesystem::remove_all(dir_); }
+
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream(dir_ / name, std::ios::binary) << text;
+  }
+  void write_images(const std::vector<image_t>& images) const {
+    transport::LcmLogWriter log(dir_ / "camera.lcm");
+    for (const image_t& image : images) {
+      std::vector<std::byte> bytes(static_cast<std::size_t>(image.getEncodedSize()));
+      image.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+      log.write(image.utime, "CAMERA", bytes);
+    }
+    log.close();
+  }
+  template <typename Function>
+  [[nodiscard]] static std::string complaint(const Function& function) {
+    try {
+      function();
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    ADD_FAILURE() << "no complaint";
+    return "";
+  }
+
+  std::filesystem::path dir_ =
+      std::filesystem::temp_directory_path() /
+      ("topoloc_drive_" +
+       std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+};
+
+TEST_F(DriveTest, DecodesCanLogWithTheShippedDbc) {
+  const Drive drive = load_drive(dir_);
+  ASSERT_EQ(drive.imu.size(), 1U);
+  EXPECT_EQ(drive.imu[0].time_ns, kStart_us * 1000);
+  EXPECT_NEAR(drive.imu[0].specific_force_mps2.z(), 9.8, 1e-9);
+  EXPECT_NEAR(drive.imu[0].angular_rate_radps.z(), 0.1, 1e-9);
+  ASSERT_EQ(drive.speed.size(), 1U);
+  EXPECT_NEAR(drive.speed[0].speed_mps, -0.75, 1e-9);  // mean of 1.5 and 0, backwards
+  EXPECT_EQ(drive.can_frames, 4U);
+  EXPECT_TRUE(drive.rejected.empty());
+  EXPECT_FALSE(drive.ground_truth.has_value());
+}
+
+TEST_F(DriveTest, CountsWhatItCannotUse) {
+  std::ofstream(dir_ / "can.log", std::ios::app) << "garbage\n"
+                                                 << "(1700000000.010000) can0 102#EE02\n";
+  const Drive drive = load_drive(dir_);
+  EXPECT_EQ(drive.rejected.at("malformed line"), 1U);
+  EXPECT_EQ(drive.rejected.size(), 2U);
+  EXPECT_THAT(drive.first_malformed_line, HasSubstr("can.log:5"));
+}
+
+TEST_F(DriveTest, NamesMissingFiles) {
+  EXPECT_THAT(complaint([&] { load_drive(dir_ / "nowhere"); }), HasSubstr("no such drive folder"));
+  std::filesystem::remove(dir_ / "can.log");
+  EXPECT_THAT(complaint([&] { load_drive(dir_); }), HasSubstr("can.log: no such file"));
+}
+
+TEST_F(DriveTest, LogWithoutInertialSamplesIsAnError) {
+  write("can.log", "(1700000000.000000) can0 7FF#00\n");
+  EXPECT_THAT(complaint([&] { load_drive(dir_); }), HasSubstr("no IMU sample in 1 frames"));
+}
+
+TEST_F(DriveTest, ReadsGroundTruthAndItsErrors) {
+  write("ground_truth.tum", "1700000000.000000000 1 2 3 0 0 0 1\n");
+  const Drive drive = load_drive(dir_);
+  ASSERT_TRUE(drive.ground_truth.has_value());
+  EXPECT_EQ(drive.ground_truth->at(0).T_world_imu.p, Eigen::Vector3d(1.0, 2.0, 3.0));
+  write("ground_truth.tum", "1700000000 1 2 nan 0 0 0 1\n");
+  EXPECT_THAT(complaint([&] { load_drive(dir_); }), HasSubstr("ground_truth.tum:1"));
+}
+
+TEST_F(DriveTest, GivesGreyFramesOnTheImuClock) {
+  write_images({grey_image(kStart_us, 10), jpeg_image(kStart_us + 100'000, 200)});
+  FrameLog frames = open_frames(load_drive(dir_));
+  ASSERT_EQ(frames.size(), 2U);
+  EXPECT_EQ(frames.time_ns(0), kStart_us * 1000 + 250'000'000);  // timeshift_cam_imu
+  for (std::size_t i = 0; i < 2; ++i) {
+    const cv::Mat grey = frames.grey(i);
+    ASSERT_EQ(grey.size(), cv::Size(kWidth_px, kHeight_px));
+    EXPECT_EQ(grey.type(), CV_8UC1);
+    EXPECT_NEAR(grey.at<std::uint8_t>(31, 63), i == 0 ? 10 : 200, 1);
+  }
+  EXPECT_TRUE(frames.first_error().empty());
+}
+
+TEST_F(DriveTest, RejectsBadFramesAndCountsThem) {
+  image_t small = grey_image(kStart_us + 1, 1);
+  small.width = 32;
+  image_t unknown = grey_image(kStart_us + 2, 1);
+  unknown.pixelformat = 1;
+  image_t broken = jpeg_image(kStart_us + 3, 1);
+  broken.data.assign(broken.data.size(), 0);
+  write_images({grey_image(kStart_us, 1), small, unknown, grey_image(kStart_us, 2), broken,
+                grey_image(kStart_us + 4, 3)});
+  FrameLog frames = open_frames(load_drive(dir_));
+  ASSERT_EQ(frames.size(), 3U);
+  EXPECT_EQ(frames.rejected(FrameReject::kWrongSize), 1U);
+  EXPECT_EQ(frames.rejected(FrameReject::kBadMessage), 1U);
+  EXPECT_EQ(frames.rejected(FrameReject::kNonMonotonicTime), 1U);
+  EXPECT_EQ(frames.rejected(FrameReject::kUndecodable), 0U);  // headers only so far
+  EXPECT_THAT(frames.first_error(), AllOf(HasSubstr("event 1"), HasSubstr("32x32")));
+  EXPECT_TRUE(frames.grey(1).empty());
+  EXPECT_EQ(frames.rejected(FrameReject::kUndecodable), 1U);
+  EXPECT_FALSE(frames.grey(2).empty());
+}
+
+TEST_F(DriveTest, LogWithoutUsableImageNamesTheChannelsItHas) {
+  {
+    transport::LcmLogWriter log(dir_ / "camera.lcm");
+    log.write(kStart_us, "OTHER", std::vector<std::byte>(4));
+    log.close();
+  }
+  const Drive drive = load_drive(dir_);
+  EXPECT_THAT(complaint([&] { open_frames(drive); }),
+              AllOf(HasSubstr("channel CAMERA"), HasSubstr("OTHER")));
+  std::filesystem::remove(dir_ / "camera.lcm");
+  EXPECT_THAT(complaint([&] { open_frames(drive); }), HasSubstr("camera.lcm: no such file"));
+}
+
+/// A folder made by topoloc-import from the shared drive; without Python or data the test skips.
+TEST_F(DriveTest, LoadsAnImportedDrive) {
+  const char* data = std::getenv("TOPOLOC_DATA");
+  const std::filesystem::path source =
+      std::filesystem::path(data != nullptr ? data : TOPOLOC_SOURCE_DIR "/../shared/data") /
+      "kitti_0039";
+  const std::string tool = TOPOLOC_SOURCE_DIR "/tools/topoloc-import";
+  if (!std::filesystem::is_directory(source)) {
+    GTEST_SKIP() << "no " << source;
+  }
+  if (std::system((tool + " --help >/dev/null 2>&1").c_str()) != 0) {
+    GTEST_SKIP() << tool << " has no Python";
+  }
+  const std::filesystem::path out = dir_ / "imported";
+  ASSERT_EQ(std::system((tool + " kitti-0039 '" + source.string() + "' --out '" + out.string() +
+                         "' 2>/dev/null")
+                            .c_str()),
+            0);
+  const Drive drive = load_drive(out);
+  EXPECT_EQ(drive.imu.size(), 1002U);
+  EXPECT_EQ(drive.speed.size(), 1002U);
+  EXPECT_TRUE(drive.rejected.empty());
+  ASSERT_TRUE(drive.ground_truth.has_value());
+  FrameLog frames = open_frames(drive);
+  ASSERT_EQ(frames.size(), 400U);
+  EXPECT_EQ(frames.grey(399).size(), cv::Size(1392, 512));
+
+  std::ifstream csv(source / "imu.csv");
+  std::string line;
+  std::getline(csv, line);  // header
+  for (const estimation::ImuSample& sample : drive.imu) {
+    ASSERT_TRUE(std::getline(csv, line));
+    std::int64_t time_ns = 0;
+    Eigen::Vector3d f;
+    Eigen::Vector3d w;
+    ASSERT_EQ(std::sscanf(line.c_str(), "%ld,%lf,%lf,%lf,%lf,%lf,%lf", &time_ns, &f.x(), &f.y(),
+                          &f.z(), &w.x(), &w.y(), &w.z()),
+              7);
+    EXPECT_LE(std::abs(sample.time_ns - time_ns), 500);
+    EXPECT_LE((sample.specific_force_mps2 - f).cwiseAbs().maxCoeff(), 1.01e-4);
+    EXPECT_LE((sample.angular_rate_radps - w).cwiseAbs().maxCoeff(), 1.01e-5);
+  }
+}
+
+}  // namespace
+}  // namespace topoloc::drive
