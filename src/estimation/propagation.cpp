@@ -16,23 +16,31 @@ struct TransitionBlocks {
   Eigen::Matrix3d theta_bg;
   Eigen::Matrix3d p_theta;
   Eigen::Matrix3d p_ba;
+  Eigen::Matrix3d p_bg;
   Eigen::Matrix3d v_theta;
   Eigen::Matrix3d v_ba;
+  Eigen::Matrix3d v_bg;
   double dt_s;
   double half_dt_sq;
 };
 
 TransitionBlocks transition_blocks(const NominalState& x, const InertialInput& u, double dt_s) {
   const Eigen::Vector3d accel = u.specific_force_mps2 - x.accel_bias_mps2;
-  const Eigen::Vector3d phi = (u.angular_rate_radps - x.gyro_bias_radps) * dt_s;
-  const Eigen::Matrix3d minus_R_accel = -x.R_world_imu * so3::skew(accel);
+  const Eigen::Vector3d half_phi = 0.5 * dt_s * (u.angular_rate_radps - x.gyro_bias_radps);
+  const Eigen::Matrix3d half_turn = so3::exp(half_phi);
+  const Eigen::Matrix3d R_mid = x.R_world_imu * half_turn;
+  const Eigen::Matrix3d accel_by_theta = -x.R_world_imu * so3::skew(half_turn * accel);
+  const Eigen::Matrix3d accel_by_bg =
+      0.5 * dt_s * R_mid * so3::skew(accel) * so3::right_jacobian(half_phi);
   const double half_dt_sq = 0.5 * dt_s * dt_s;
-  return {.theta_theta = so3::exp(-phi),
-          .theta_bg = -so3::right_jacobian(phi) * dt_s,
-          .p_theta = minus_R_accel * half_dt_sq,
-          .p_ba = -x.R_world_imu * half_dt_sq,
-          .v_theta = minus_R_accel * dt_s,
-          .v_ba = -x.R_world_imu * dt_s,
+  return {.theta_theta = (half_turn * half_turn).transpose(),
+          .theta_bg = -so3::right_jacobian(2.0 * half_phi) * dt_s,
+          .p_theta = accel_by_theta * half_dt_sq,
+          .p_ba = -R_mid * half_dt_sq,
+          .p_bg = accel_by_bg * half_dt_sq,
+          .v_theta = accel_by_theta * dt_s,
+          .v_ba = -R_mid * dt_s,
+          .v_bg = accel_by_bg * dt_s,
           .dt_s = dt_s,
           .half_dt_sq = half_dt_sq};
 }
@@ -43,15 +51,18 @@ void multiply_left(const TransitionBlocks& F, Covariance& M) {
   const Rows theta = M.middleRows<3>(kTheta);
   const Rows v = M.middleRows<3>(kV);
   const Rows ba = M.middleRows<3>(kBa);
+  const Rows bg = M.middleRows<3>(kBg);
   const Rows g = M.middleRows<3>(kG);
   M.middleRows<3>(kP) += F.dt_s * v + F.half_dt_sq * g;
   M.middleRows<3>(kP).noalias() += F.p_theta * theta;
   M.middleRows<3>(kP).noalias() += F.p_ba * ba;
+  M.middleRows<3>(kP).noalias() += F.p_bg * bg;
   M.middleRows<3>(kV) += F.dt_s * g;
   M.middleRows<3>(kV).noalias() += F.v_theta * theta;
   M.middleRows<3>(kV).noalias() += F.v_ba * ba;
+  M.middleRows<3>(kV).noalias() += F.v_bg * bg;
   M.middleRows<3>(kTheta).noalias() = F.theta_theta * theta;
-  M.middleRows<3>(kTheta).noalias() += F.theta_bg * M.middleRows<3>(kBg);
+  M.middleRows<3>(kTheta).noalias() += F.theta_bg * bg;
 }
 
 void add_process_noise(const ImuNoise& noise, double dt_s, Covariance& P) {
@@ -76,10 +87,13 @@ void add_process_noise(const ImuNoise& noise, double dt_s, Covariance& P) {
 
 NominalState propagate_state(const NominalState& x, const InertialInput& u, double dt_s) {
   NominalState y = x;
+  // The attitude of mid-step turns the specific force: second order in dt at no extra sample.
+  const Eigen::Matrix3d half_turn =
+      so3::exp(0.5 * dt_s * (u.angular_rate_radps - x.gyro_bias_radps));
+  const Eigen::Matrix3d R_mid = x.R_world_imu * half_turn;
   const Eigen::Vector3d accel_world =
-      x.R_world_imu * (u.specific_force_mps2 - x.accel_bias_mps2) + x.gravity_mps2;
-  y.R_world_imu = so3::renormalised(x.R_world_imu *
-                                    so3::exp((u.angular_rate_radps - x.gyro_bias_radps) * dt_s));
+      R_mid * (u.specific_force_mps2 - x.accel_bias_mps2) + x.gravity_mps2;
+  y.R_world_imu = so3::renormalised(R_mid * half_turn);
   y.p_world_imu += x.v_world_imu * dt_s + 0.5 * accel_world * dt_s * dt_s;
   y.v_world_imu += accel_world * dt_s;
   return y;

@@ -21,11 +21,13 @@ struct InertialInput {
   Eigen::Vector3d angular_rate_radps;
 };
 
-/// Nominal state after dt_s (L1, eq_imunominal with gravity: errata).
+/// Nominal state after dt_s (L1, eq_imunominal with gravity: errata), the specific force turned
+/// with the attitude of mid-step.
 NominalState propagate_state(const NominalState& x, const InertialInput& u, double dt_s);
 
 /// Discrete error-state transition F_x (eq_errors with the errata: gravity, carry-over of biases,
-/// acceleration terms in the position row, J_r in the gyro-bias column).
+/// acceleration terms in the position row, J_r in the gyro-bias column; the mid-step attitude adds
+/// second-order terms dv/db_g and dp/db_g).
 Covariance transition_matrix(const NominalState& x, const InertialInput& u, double dt_s);
 
 /// Discrete process noise F_n Q_n F_n^T of the continuous densities over dt_s.
