@@ -133,8 +133,10 @@ void GuidedMatcher::search(const FeatureSet& query, const FeatureSet& node, int 
   Best& best = best_of_node_[static_cast<std::size_t>(n)];
   for (int row = first_row; row <= last_row; ++row) {
     // Cells of one row lie side by side in cell_features_.
-    const auto begin = cell_start_[static_cast<std::size_t>(row * columns_ + first_column)];
-    const auto end = cell_start_[static_cast<std::size_t>(row * columns_ + last_column) + 1];
+    const auto first = static_cast<std::size_t>(row * columns_ + first_column);
+    const auto last = static_cast<std::size_t>(row * columns_ + last_column);
+    const int begin = cell_start_[first];
+    const int end = cell_start_[last + 1];
     for (int k = begin; k < end; ++k) {
       const int q = cell_features_[static_cast<std::size_t>(k)];
       const Eigen::Vector2d e =

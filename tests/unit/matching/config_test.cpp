@@ -2,11 +2,11 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/matching/config.hpp"
 
+#include "topoloc/matching/features.hpp"
+
 #include <cmath>
 
 #include <gtest/gtest.h>
-
-#include "topoloc/matching/features.hpp"
 
 namespace topoloc::matching {
 namespace {

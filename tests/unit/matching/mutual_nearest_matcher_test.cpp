@@ -2,9 +2,9 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/matching/mutual_nearest_matcher.hpp"
 
-#include <gtest/gtest.h>
-
 #include "support/matching_scene.hpp"
+
+#include <gtest/gtest.h>
 
 namespace topoloc::matching {
 namespace {
