@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/localiser/batch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <memory>
+#include <stdexcept>
+
+#include <opencv2/imgcodecs.hpp>
+
+namespace topoloc::localiser {
+namespace {
+
+/// A match set on its way from the matcher to the estimator.
+struct Delivery {
+  std::int64_t ready_ns = 0;
+  std::size_t record = 0;  ///< index into BatchResult::frames
+  std::unique_ptr<estimation::MapMatchSet> set;
+};
+
+/// Hands out the part of a time-sorted sequence up to a time, each element once.
+template <typename Sample>
+class Feed {
+ public:
+  explicit Feed(const std::vector<Sample>& samples) : samples_(samples) {}
+  std::span<const Sample> until(std::int64_t time_ns) {
+    const std::size_t begin = next_;
+    while (next_ < samples_.size() && samples_[next_].time_ns <= time_ns) {
+      ++next_;
+    }
+    return std::span(samples_).subspan(begin, next_ - begin);
+  }
+
+ private:
+  const std::vector<Sample>& samples_;
+  std::size_t next_ = 0;
+};
+
+estimation::InitialPose initial_pose(const drive::Drive& drive, const BatchOptions& options) {
+  const std::int64_t start_ns = drive.imu.front().time_ns;
+  if (options.initial_pose) {
+    return {.time_ns = start_ns, .T_world_imu = *options.initial_pose};
+  }
+  if (!drive.ground_truth) {
+    throw std::runtime_error(drive.dir.string() +
+                             ": no initial pose: give --initial-pose, or a drive with "
+                             "ground_truth.tum");
+  }
+  // Stamps of the CAN log are whole microseconds: the truth may begin a fraction later.
+  const evaluation::Trajectory& truth = *drive.ground_truth;
+  const std::int64_t time_ns = std::clamp(start_ns, truth.front().time_ns, truth.back().time_ns);
+  constexpr std::int64_t kMaxGap_ns = 1'000'000'000;
+  const auto pose = evaluation::pose_at(truth, time_ns, kMaxGap_ns);
+  if (!pose || std::abs(time_ns - start_ns) > kMaxGap_ns) {
+    throw std::runtime_error(drive.dir.string() +
+                             ": ground_truth.tum has no pose at the drive's start; give "
+                             "--initial-pose");
+  }
+  return {.time_ns = start_ns, .T_world_imu = *pose};
+}
+
+/// Frames, matcher and the results on their way.
+class FramePipeline {
+ public:
+  FramePipeline(const drive::Drive& drive, drive::FrameLog& log, const map::MapFile& map,
+                const BatchOptions& options)
+      : log_(log),
+        options_(options),
+        matcher_(drive.vehicle.matching, map, drive.vehicle.camera.kalibr.calibration,
+                 drive.vehicle.camera.kalibr.T_imu_cam, read_mask(drive)) {}
+
+  /// Matches the frames up to now with the prediction for their time.
+  void take_frames(std::int64_t now_ns, const estimation::Estimator& estimator,
+                   BatchResult& result) {
+    for (; next_ < log_.size() && log_.time_ns(next_) <= now_ns; ++next_) {
+      if (selected(options_.frames, next_)) {
+        match(next_, estimator, result);
+      }
+    }
+  }
+
+  /// Match sets that have reached the estimator by now. Valid until the next call.
+  std::span<const estimation::MapMatchSet* const> delivered(std::int64_t now_ns) {
+    arrived_.clear();
+    spare_.insert(spare_.end(), std::make_move_iterator(in_use_.begin()),
+                  std::make_move_iterator(in_use_.end()));
+    in_use_.clear();
+    while (!on_the_way_.empty() && on_the_way_.front().ready_ns <= now_ns) {
+      arrived_.push_back(on_the_way_.front().set.get());
+      in_use_.push_back(std::move(on_the_way_.front().set));
+      on_the_way_.pop_front();
+    }
+    return arrived_;
+  }
+
+ private:
+  static cv::Mat read_mask(const drive::Drive& drive) {
+    const auto& file = drive.vehicle.camera.mask;
+    if (file.empty()) {
+      return {};
+    }
+    cv::Mat mask = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
+    if (mask.empty()) {
+      throw std::runtime_error(file.string() + ": cannot read the camera mask");
+    }
+    return mask;
+  }
+
+  void match(std::size_t index, const estimation::Estimator& estimator, BatchResult& result) {
+    const std::int64_t time_ns = log_.time_ns(index);
+    estimation::Covariance P;
+    const auto state = estimator.state_at(time_ns, P);
+    if (!state) {
+      ++result.frames_before_start;
+      return;
+    }
+    const cv::Mat image = log_.grey(index);
+    if (image.empty()) {
+      ++result.frames_undecodable;
+      return;
+    }
+    std::unique_ptr<estimation::MapMatchSet> set;
+    if (spare_.empty()) {
+      set = std::make_unique<estimation::MapMatchSet>();
+    } else {
+      set = std::move(spare_.back());
+      spare_.pop_back();
+    }
+    FrameRecord record{.frame_index = index, .time_ns = time_ns, .matching = {}, .update = {}};
+    record.matching = matcher_.match(
+        time_ns, image,
+        {.T_world_imu = state->T_world_imu(), .covariance = P.topLeftCorner<6, 6>()}, *set);
+    result.frames.push_back(record);
+    if (record.matching.verdict != matching::FrameVerdict::kOk) {
+      spare_.push_back(std::move(set));
+      return;
+    }
+    const auto delay_ns = static_cast<std::int64_t>(std::llround(options_.match_delay_s * 1e9));
+    on_the_way_.push_back({.ready_ns = time_ns + delay_ns,
+                           .record = result.frames.size() - 1,
+                           .set = std::move(set)});
+  }
+
+  drive::FrameLog& log_;
+  BatchOptions options_;
+  matching::MapMatcher matcher_;
+  std::size_t next_ = 0;
+  std::deque<Delivery> on_the_way_;
+  std::vector<const estimation::MapMatchSet*> arrived_;
+  std::vector<std::unique_ptr<estimation::MapMatchSet>> in_use_;
+  std::vector<std::unique_ptr<estimation::MapMatchSet>> spare_;
+};
+
+void note_updates(std::span<const estimation::MapUpdateReport> reports, BatchResult& result) {
+  for (const auto& report : reports) {
+    const auto record = std::find_if(
+        result.frames.rbegin(), result.frames.rend(),
+        [&](const FrameRecord& frame) { return frame.time_ns == report.frame_time_ns; });
+    if (record != result.frames.rend()) {
+      record->update = report;
+    }
+  }
+}
+
+}  // namespace
+
+FrameSelection parse_frame_selection(const std::string& text) {
+  if (text == "all") {
+    return FrameSelection::kAll;
+  }
+  if (text == "even") {
+    return FrameSelection::kEven;
+  }
+  if (text == "odd") {
+    return FrameSelection::kOdd;
+  }
+  throw std::invalid_argument("frames: expected all, even or odd, found '" + text + "'");
+}
+
+bool selected(FrameSelection selection, std::size_t index) {
+  switch (selection) {
+    case FrameSelection::kAll:
+      return true;
+    case FrameSelection::kEven:
+      return index % 2 == 0;
+    case FrameSelection::kOdd:
+      return index % 2 == 1;
+  }
+  return false;
+}
+
+BatchResult run_batch(const drive::Drive& drive, drive::FrameLog* frames, const map::MapFile* map,
+                      const BatchOptions& options, const Progress& progress) {
+  estimation::EstimatorConfig config = drive.vehicle.estimator;
+  config.use_speed = options.use_speed;
+  if (config.use_speed && drive.speed.empty()) {
+    throw std::runtime_error(
+        drive.dir.string() +
+        ": the drive has no wheel speed; run with --no-speed if that is meant");
+  }
+  estimation::Estimator estimator(config);
+  std::unique_ptr<FramePipeline> pipeline;
+  if (frames != nullptr && map != nullptr) {
+    pipeline = std::make_unique<FramePipeline>(drive, *frames, *map, options);
+  }
+
+  BatchResult result;
+  Feed imu(drive.imu);
+  Feed speed(drive.speed);
+  const std::int64_t start_ns = drive.imu.front().time_ns;
+  const std::int64_t end_ns = drive.imu.back().time_ns;
+  const auto period_ns = static_cast<std::int64_t>(std::llround(1e9 / options.rate_hz));
+  std::optional<estimation::InitialPose> start_pose = initial_pose(drive, options);
+  for (std::int64_t now_ns = start_ns; now_ns < end_ns + period_ns; now_ns += period_ns) {
+    estimation::TickInputs inputs{
+        .imu = imu.until(now_ns), .speed = speed.until(now_ns), .matches = {}, .initial_pose = {}};
+    if (pipeline) {
+      pipeline->take_frames(now_ns, estimator, result);
+      inputs.matches = pipeline->delivered(now_ns);
+    }
+    inputs.initial_pose = start_pose;
+    start_pose.reset();
+    const estimation::Estimate& estimate = estimator.tick(now_ns, inputs);
+    if (estimate.mode != estimation::Mode::kUninitialised) {
+      result.estimates.push_back(estimate);
+    }
+    result.counters = estimate.counters;
+    note_updates(estimator.map_reports(), result);
+    if (progress) {
+      progress(static_cast<double>(now_ns - start_ns) /
+               static_cast<double>(std::max<std::int64_t>(1, end_ns - start_ns)));
+    }
+  }
+  return result;
+}
+
+}  // namespace topoloc::localiser
