@@ -10,7 +10,11 @@ namespace topoloc::can {
 namespace {
 
 [[noreturn]] void fail(const VehicleSignalsConfig& config, const std::string& what) {
-  throw std::runtime_error(config.dbc.string() + ": " + what);
+  std::string files;
+  for (const auto& file : config.dbcs) {
+    files += (files.empty() ? "" : ", ") + file.string();
+  }
+  throw std::runtime_error(files + ": " + what);
 }
 
 double factor_to_si(const VehicleSignalsConfig& config, const std::string& signal_name,
@@ -80,13 +84,13 @@ std::int64_t reverse_value(const VehicleSignalsConfig& config, const Signal& sig
 }  // namespace
 
 VehicleSignals::Table::Table(const VehicleSignalsConfig& config) {
-  const Dbc dbc = Dbc::load(config.dbc);
-  add_imu(dbc, config);
-  add_wheels(dbc, config);
+  DbcSet dbcs(config.dbcs);
+  add_imu(dbcs, config);
+  add_wheels(dbcs, config);
   if (parts.empty()) {
     fail(config, "neither IMU nor wheel speed signals are configured");
   }
-  add_direction(dbc, config);
+  add_direction(dbcs, config);
   // The direction first: it holds for the wheel speeds that come in the same frame.
   std::stable_sort(parts.begin(), parts.end(), [](const SignalPart& a, const SignalPart& b) {
     return a.key != b.key ? a.key < b.key
@@ -115,7 +119,7 @@ SignalPart& VehicleSignals::Table::part_of(const SignalRef& ref, SampleGroup gro
   return found != parts.end() ? *found : parts.emplace_back(std::move(wanted));
 }
 
-void VehicleSignals::Table::add_imu(const Dbc& dbc, const VehicleSignalsConfig& config) {
+void VehicleSignals::Table::add_imu(DbcSet& dbcs, const VehicleSignalsConfig& config) {
   const auto& wanted = config.imu;
   std::array<std::string, kMaxSampleValues> names;
   std::copy(wanted.acceleration.begin(), wanted.acceleration.end(), names.begin());
@@ -130,7 +134,7 @@ void VehicleSignals::Table::add_imu(const Dbc& dbc, const VehicleSignalsConfig& 
   // The frame of the first axis gives the time where the axes come in frames of their own.
   const std::size_t time_slot = wanted.time_source == ImuTimeSource::kAcceleration ? 0 : 3;
   for (std::size_t slot = 0; slot < names.size(); ++slot) {
-    const SignalRef ref = dbc.signal(names[slot]);
+    const SignalRef ref = dbcs.signal(names[slot], wanted.interface);
     SignalPart& part = part_of(ref, SampleGroup::kImu, wanted.interface);
     const bool rate = slot >= 3;
     part.readers.push_back(make_reader(
@@ -142,7 +146,7 @@ void VehicleSignals::Table::add_imu(const Dbc& dbc, const VehicleSignalsConfig& 
   }
   std::uint16_t counter_bits = 0;
   for (const std::string& name : wanted.counters) {
-    const SignalRef ref = dbc.signal(name);
+    const SignalRef ref = dbcs.signal(name, wanted.interface);
     if (counter_bits != 0 && counter_bits != ref.signal->coding.length_bits) {
       fail(config, "counter '" + name + "' is not as long as the others");
     }
@@ -162,7 +166,7 @@ void VehicleSignals::Table::add_imu(const Dbc& dbc, const VehicleSignalsConfig& 
   imu.configure(part_count(SampleGroup::kImu), by_counter, wanted.pairing_tolerance_ns);
 }
 
-void VehicleSignals::Table::add_wheels(const Dbc& dbc, const VehicleSignalsConfig& config) {
+void VehicleSignals::Table::add_wheels(DbcSet& dbcs, const VehicleSignalsConfig& config) {
   const auto& wanted = config.wheels;
   if (wanted.speeds.size() > kMaxWheels) {
     fail(config, "at most " + std::to_string(kMaxWheels) + " wheel speeds, found " +
@@ -170,7 +174,7 @@ void VehicleSignals::Table::add_wheels(const Dbc& dbc, const VehicleSignalsConfi
   }
   wheel_count = wanted.speeds.size();
   for (std::size_t slot = 0; slot < wheel_count; ++slot) {
-    const SignalRef ref = dbc.signal(wanted.speeds[slot]);
+    const SignalRef ref = dbcs.signal(wanted.speeds[slot], wanted.interface);
     SignalPart& part = part_of(ref, SampleGroup::kWheels, wanted.interface);
     part.readers.push_back(
         make_reader(config, ref, wanted.speeds[slot], wanted.unit, Quantity::kSpeed, slot));
@@ -178,7 +182,7 @@ void VehicleSignals::Table::add_wheels(const Dbc& dbc, const VehicleSignalsConfi
   wheels.configure(part_count(SampleGroup::kWheels), false, wanted.pairing_tolerance_ns);
 }
 
-void VehicleSignals::Table::add_direction(const Dbc& dbc, const VehicleSignalsConfig& config) {
+void VehicleSignals::Table::add_direction(DbcSet& dbcs, const VehicleSignalsConfig& config) {
   const auto& wanted = config.direction;
   if (wanted.signal.empty()) {
     return;
@@ -186,7 +190,7 @@ void VehicleSignals::Table::add_direction(const Dbc& dbc, const VehicleSignalsCo
   if (wanted.reverse_values.empty()) {
     fail(config, "signal '" + wanted.signal + "': no value is configured to mean reverse");
   }
-  const SignalRef ref = dbc.signal(wanted.signal);
+  const SignalRef ref = dbcs.signal(wanted.signal, wanted.interface);
   const SignalCoding& coding = ref.signal->coding;
   for (const std::string& text : wanted.reverse_values) {
     const std::int64_t value = reverse_value(config, *ref.signal, text);

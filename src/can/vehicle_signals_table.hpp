@@ -5,6 +5,7 @@
 #include "topoloc/can/units.hpp"
 #include "topoloc/can/vehicle_signals.hpp"
 
+#include "can/dbc_set.hpp"
 #include "can/sample_assembler.hpp"
 #include "can/signal_part.hpp"
 
@@ -17,7 +18,7 @@ namespace topoloc::can {
 
 /// All that feed() needs, flat and complete before the first frame.
 struct VehicleSignals::Table {
-  /// Looks everything up in the DBC; throws as the constructor of VehicleSignals says.
+  /// Looks everything up in the DBC files; throws as the constructor of VehicleSignals says.
   explicit Table(const VehicleSignalsConfig& config);
 
   std::vector<SignalPart> parts;  ///< sorted by key
@@ -42,9 +43,9 @@ struct VehicleSignals::Table {
                                    VehicleSamples& samples);
 
  private:
-  void add_imu(const Dbc& dbc, const VehicleSignalsConfig& config);
-  void add_wheels(const Dbc& dbc, const VehicleSignalsConfig& config);
-  void add_direction(const Dbc& dbc, const VehicleSignalsConfig& config);
+  void add_imu(DbcSet& dbcs, const VehicleSignalsConfig& config);
+  void add_wheels(DbcSet& dbcs, const VehicleSignalsConfig& config);
+  void add_direction(DbcSet& dbcs, const VehicleSignalsConfig& config);
   SignalPart& part_of(const SignalRef& ref, SampleGroup group, std::string_view interface);
   [[nodiscard]] std::size_t part_count(SampleGroup group) const;
 };

@@ -20,8 +20,6 @@ void read_initial(StrictNode& estimator, estimation::InitialUncertainty& config)
   initial.read("attitude_rad", config.attitude_rad, positive_up_to(1.0));
   initial.read("velocity_mps", config.velocity_mps, positive_up_to(100.0));
   initial.read("velocity_unknown_mps", config.velocity_unknown_mps, positive_up_to(100.0));
-  initial.read("accel_bias_mps2", config.accel_bias_mps2, positive_up_to(10.0));
-  initial.read("gyro_bias_radps", config.gyro_bias_radps, positive_up_to(1.0));
   initial.read("gravity_mps2", config.gravity_mps2, {0.0, 1.0});
   initial.finish();
 }

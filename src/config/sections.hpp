@@ -12,7 +12,7 @@ namespace topoloc::config {
 
 void read_can(StrictNode& top, can::VehicleSignalsConfig& config);
 void read_camera(StrictNode& top, CameraConfig& config);
-void read_imu(StrictNode& top, estimation::FilterModels& models);
+void read_imu(StrictNode& top, estimation::EstimatorConfig& config);
 void read_mounting(StrictNode& top, estimation::SpeedModel& model);
 void read_speed(StrictNode& top, estimation::EstimatorConfig& config);
 void read_standstill(StrictNode& top, estimation::StandstillModel& model);

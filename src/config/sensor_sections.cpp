@@ -37,20 +37,30 @@ void read_axes(StrictNode& node, const char* key, std::array<std::string, 3>& ta
   std::copy(names.begin(), names.end(), target.begin());
 }
 
+std::filesystem::path existing_file(const StrictNode& node, const char* key,
+                                    const std::string& name) {
+  std::filesystem::path file = node.resolve(name);
+  if (!std::filesystem::is_regular_file(file)) {
+    throw node.error(key, "no such file: " + file.string());
+  }
+  return file;
+}
+
 void require_file(StrictNode& node, const char* key, std::filesystem::path& target) {
   std::string name;
   node.require(key, name);
-  target = node.resolve(name);
-  if (!std::filesystem::is_regular_file(target)) {
-    throw node.error(key, "no such file: " + target.string());
-  }
+  target = existing_file(node, key, name);
 }
 
 }  // namespace
 
 void read_can(StrictNode& top, can::VehicleSignalsConfig& config) {
   StrictNode can = top.required_section("can");
-  require_file(can, "dbc", config.dbc);
+  std::vector<std::string> dbcs;
+  can.require_one_or_more("dbc", dbcs);
+  for (const std::string& name : dbcs) {
+    config.dbcs.push_back(existing_file(can, "dbc", name));
+  }
   can.read("check_limits", config.check_limits);
 
   StrictNode imu = can.section("imu");
@@ -94,7 +104,10 @@ void read_can(StrictNode& top, can::VehicleSignalsConfig& config) {
 }
 
 void read_camera(StrictNode& top, CameraConfig& config) {
-  StrictNode camera = top.required_section("camera");
+  if (!top.has("camera")) {
+    return;
+  }
+  StrictNode camera = top.section("camera");
   std::filesystem::path calibration;
   require_file(camera, "calibration", calibration);
   std::string name = "cam0";
@@ -107,14 +120,18 @@ void read_camera(StrictNode& top, CameraConfig& config) {
   config.kalibr = load_kalibr_camera(calibration, name);
 }
 
-void read_imu(StrictNode& top, estimation::FilterModels& models) {
+void read_imu(StrictNode& top, estimation::EstimatorConfig& config) {
   StrictNode imu = top.required_section("imu");
   std::filesystem::path calibration;
   require_file(imu, "calibration", calibration);
+  read_vector(imu, "gyro_bias_radps", config.initial_gyro_bias_radps, {-1.0, 1.0});
+  read_vector(imu, "accel_bias_mps2", config.initial_accel_bias_mps2, {-10.0, 10.0});
+  imu.read("gyro_bias_std_radps", config.initial.gyro_bias_radps, positive_up_to(1.0));
+  imu.read("accel_bias_std_mps2", config.initial.accel_bias_mps2, positive_up_to(10.0));
   imu.finish();
   const KalibrImu kalibr = load_kalibr_imu(calibration);
-  models.imu = kalibr.noise;
-  models.imu_rate_hz = kalibr.update_rate_hz;
+  config.models.imu = kalibr.noise;
+  config.models.imu_rate_hz = kalibr.update_rate_hz;
 }
 
 void read_mounting(StrictNode& top, estimation::SpeedModel& model) {

@@ -226,6 +226,19 @@ void StrictNode::read(const char* key, std::vector<double>& target, std::size_t 
   }
 }
 
+void StrictNode::require_one_or_more(const char* key, std::vector<std::string>& target) {
+  demand(key);
+  if (const YAML::Node value = ask(key); value.IsScalar()) {
+    target.assign(1, "");
+    read(key, target.front());
+    return;
+  }
+  read(key, target);
+  if (target.empty()) {
+    throw error(key, "expected at least one");
+  }
+}
+
 std::vector<std::vector<double>> StrictNode::require_rows(const char* key, std::size_t rows,
                                                           std::size_t columns) {
   demand(key);

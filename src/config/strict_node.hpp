@@ -50,6 +50,9 @@ class StrictNode {
     read(key, target, args...);
   }
 
+  /// A required word, or a list of at least one.
+  void require_one_or_more(const char* key, std::vector<std::string>& target);
+
   /// A nested map; an absent one reads as empty, so that its defaults apply.
   StrictNode section(const char* key);
   StrictNode required_section(const char* key);

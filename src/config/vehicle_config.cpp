@@ -18,7 +18,7 @@ VehicleConfig load_vehicle_config(const std::filesystem::path& file) {
   top.read("name", config.name);
   read_can(top, config.can);
   read_camera(top, config.camera);
-  read_imu(top, config.estimator.models);
+  read_imu(top, config.estimator);
   read_mounting(top, config.estimator.models.speed);
   read_speed(top, config.estimator);
   read_standstill(top, config.estimator.models.standstill);

@@ -70,6 +70,10 @@ Drive load_drive(const std::filesystem::path& dir, const std::filesystem::path& 
 
 FrameLog open_frames(const Drive& drive) {
   const config::CameraConfig& camera = drive.vehicle.camera;
+  if (!camera.configured()) {
+    throw std::runtime_error(drive.dir.string() +
+                             ": images are needed, but vehicle.yaml has no section 'camera'");
+  }
   const PinholeCamera& pinhole = camera.kalibr.calibration.pinhole;
   require_file(drive.dir / "camera.lcm");
   return {drive.dir / "camera.lcm", camera.channel, cv::Size(pinhole.width_px, pinhole.height_px),

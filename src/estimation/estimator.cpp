@@ -85,13 +85,15 @@ void Estimator::start_if_ready() {
   NominalState x;
   x.R_world_imu = initial_pose_->T_world_imu.R;
   x.p_world_imu = initial_pose_->T_world_imu.p;
+  x.accel_bias_mps2 = config_.initial_accel_bias_mps2;
+  x.gyro_bias_radps = config_.initial_gyro_bias_radps;
   x.gravity_mps2 = {0.0, 0.0, -config_.gravity_mps2};
   if (config_.use_speed) {
     const SpeedModel& speed = config_.models.speed;
     const Eigen::Vector3d v_vehicle(speed.wheel_scale * last_speed_->speed_mps, 0.0, 0.0);
-    x.v_world_imu =
-        x.R_world_imu * (speed.R_vehicle_imu.transpose() * v_vehicle -
-                         last_imu_->angular_rate_radps.cross(speed.wheel_reference_imu_m));
+    const Eigen::Vector3d rate = last_imu_->angular_rate_radps - x.gyro_bias_radps;
+    x.v_world_imu = x.R_world_imu * (speed.R_vehicle_imu.transpose() * v_vehicle -
+                                     rate.cross(speed.wheel_reference_imu_m));
   }
   // The pose may be a little older than the first inertial sample.
   x.p_world_imu += x.v_world_imu * seconds(last_imu_->time_ns - initial_pose_->time_ns);

@@ -20,10 +20,13 @@ namespace topoloc::can {
 /// Which of the IMU's frames gives the sample its time stamp.
 enum class ImuTimeSource : std::uint8_t { kAngularRate, kAcceleration };
 
-/// Where IMU, wheel speeds and direction of travel are on the bus. Signals are "MESSAGE.SIGNAL" of
-/// the DBC. Empty interface: any. Empty unit: the DBC's unit, which must then be a known one.
+/// Where IMU, wheel speeds and direction of travel are on the buses. Signals are "MESSAGE.SIGNAL"
+/// of one of the DBC files. Empty interface: any. Empty unit: the DBC's unit, which must then be a
+/// known one.
 struct VehicleSignalsConfig {
-  std::filesystem::path dbc;
+  /// A signal named here must be in one file only. Messages of different files may share an id
+  /// where they come on different interfaces.
+  std::vector<std::filesystem::path> dbcs;
 
   struct Imu {
     std::array<std::string, 3> acceleration;  ///< x, y, z of the IMU frame; all empty: no IMU
@@ -82,8 +85,8 @@ struct VehicleSamples {
 /// Turns CAN frames into IMU and speed samples.
 class VehicleSignals {
  public:
-  /// Loads the DBC. Throws std::runtime_error, naming file and signal, on a signal or unit that is
-  /// not known, on half-configured sensors and on a configuration without any sensor.
+  /// Loads the DBC files. Throws std::runtime_error, naming file and signal, on a signal or unit
+  /// that is not known, on half-configured sensors and on a configuration without any sensor.
   explicit VehicleSignals(const VehicleSignalsConfig& config);
   ~VehicleSignals();
   VehicleSignals(VehicleSignals&&) noexcept;

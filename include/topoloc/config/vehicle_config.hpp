@@ -18,6 +18,9 @@ struct CameraConfig {
   KalibrCamera kalibr;             ///< lens, T_imu_cam, time offset
   std::string channel = "CAMERA";  ///< LCM channel of its image_t messages
   std::filesystem::path mask;      ///< grey image, 0 = ignore (bonnet); empty: no mask
+
+  /// False for a vehicle without a camera: it can only dead-reckon.
+  [[nodiscard]] bool configured() const { return kalibr.calibration.pinhole.width_px > 0; }
 };
 
 struct VehicleConfig {

@@ -39,6 +39,9 @@ struct EstimatorConfig {
   HistoryConfig history;
   InitialUncertainty initial;
   HealthConfig health;
+  /// Biases that the filter starts with, in the IMU frame; uncertainty from InitialUncertainty.
+  Eigen::Vector3d initial_accel_bias_mps2 = Eigen::Vector3d::Zero();
+  Eigen::Vector3d initial_gyro_bias_radps = Eigen::Vector3d::Zero();
   double gravity_mps2 = 9.81;
   bool use_speed = true;
 };

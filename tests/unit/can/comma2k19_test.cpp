@@ -26,7 +26,7 @@ void expect_reference_speeds(const std::string& dbc_name) {
     GTEST_SKIP() << "no comma2k19_example in " << data_folder();
   }
   VehicleSignalsConfig config;
-  config.dbc = folder / dbc_name;
+  config.dbcs = {folder / dbc_name};
   config.wheels.speeds = {"WHEEL_SPEEDS.WHEEL_SPEED_FL", "WHEEL_SPEEDS.WHEEL_SPEED_FR",
                           "WHEEL_SPEEDS.WHEEL_SPEED_RL", "WHEEL_SPEEDS.WHEEL_SPEED_RR"};
   config.wheels.interface = "can0";

@@ -50,7 +50,7 @@ constexpr std::int64_t kMillisecond_ns = 1'000'000;
 class VehicleSignalsTest : public ::testing::Test {
  protected:
   VehicleSignalsTest() : dbc_(Dbc::parse(kCar, "car.dbc")) {
-    config_.dbc = folder_.with("car.dbc", kCar);
+    config_.dbcs = {folder_.with("car.dbc", kCar)};
   }
 
   void with_imu() {
@@ -187,6 +187,47 @@ TEST_F(VehicleSignalsTest, TakesFramesOfItsInterfaceOnly) {
   EXPECT_TRUE(signals.feed(wheels(10, "REAR", 36.0)).speed);
 }
 
+TEST_F(VehicleSignalsTest, SensorsOfDifferentFilesMayShareIdsOnDifferentInterfaces) {
+  // The IMU box uses id 513 as well, and a message of the same name.
+  config_.dbcs.push_back(folder_.with("imu.dbc", R"(BO_ 513 REAR: 8 X
+ SG_ AX : 0|8@1- (1,0) [0|0] "m/s^2" X
+ SG_ AY : 8|8@1- (1,0) [0|0] "m/s^2" X
+ SG_ AZ : 16|8@1- (1,0) [0|0] "m/s^2" X
+ SG_ WX : 24|8@1- (0.01,0) [0|0] "rad/s" X
+ SG_ WY : 32|8@1- (0.01,0) [0|0] "rad/s" X
+ SG_ WZ : 40|8@1- (0.01,0) [0|0] "rad/s" X
+)"));
+  config_.imu.acceleration = {"REAR.AX", "REAR.AY", "REAR.AZ"};
+  config_.imu.angular_rate = {"REAR.WX", "REAR.WY", "REAR.WZ"};
+  config_.imu.interface = "imu0";
+  config_.wheels.speeds = {"REAR.RL", "REAR.RR"};
+  config_.wheels.interface = "can0";
+  VehicleSignals signals(config_);
+  const Frame wheels = frame(0, "REAR", {{"RL", 36.0}, {"RR", 36.0}});
+  Frame imu = wheels;
+  imu.set_interface("imu0");
+  imu.length = 8;
+  imu.data = {1, 2, 10, 1, 2, 3};
+  const auto of_wheels = signals.feed(wheels);
+  const auto of_imu = signals.feed(imu);
+  ASSERT_TRUE(of_wheels.speed && of_imu.imu);
+  EXPECT_FALSE(of_wheels.imu || of_imu.speed);
+  EXPECT_NEAR(of_wheels.speed->speed_mps, 10.0, 1e-9);
+  EXPECT_NEAR(of_imu.imu->specific_force_mps2.z(), 10.0, 1e-9);
+  EXPECT_NEAR(of_imu.imu->angular_rate_radps.z(), 0.03, 1e-9);
+
+  config_.wheels.interface.clear();
+  EXPECT_THAT([this] { VehicleSignals{config_}; },
+              ThrowsMessage<std::runtime_error>(HasSubstr("both have id 513")));
+}
+
+TEST_F(VehicleSignalsTest, SignalOfTwoFilesIsAmbiguous) {
+  config_.wheels.speeds = {"REAR.RL"};
+  config_.dbcs.push_back(folder_.with("copy.dbc", kCar));
+  EXPECT_THAT([this] { VehicleSignals{config_}; },
+              ThrowsMessage<std::runtime_error>(HasSubstr("'REAR.RL' is in 2 of these files")));
+}
+
 TEST_F(VehicleSignalsTest, CountsEveryRejectUnderItsReason) {
   config_.wheels.speeds = {"REAR.RL", "REAR.RR"};
   VehicleSignals signals(config_);
@@ -274,11 +315,12 @@ TEST(AllocationTrap, SeesAllocations) {
 }
 
 TEST_F(VehicleSignalsTest, BadConfigurationsSayWhatIsWrong) {
-  const auto expect_error = [this](const std::string& what) {
+  const auto car = config_.dbcs.front();
+  const auto expect_error = [&](const std::string& what) {
     EXPECT_THAT([this] { VehicleSignals{config_}; },
                 ThrowsMessage<std::runtime_error>(HasSubstr(what)));
     VehicleSignalsConfig fresh;
-    fresh.dbc = config_.dbc;
+    fresh.dbcs = {car};
     config_ = fresh;
   };
   expect_error("neither IMU nor wheel speed");
@@ -306,8 +348,10 @@ TEST_F(VehicleSignalsTest, BadConfigurationsSayWhatIsWrong) {
   config_.wheels.speeds = {"REAR.RL"};
   config_.direction = {.signal = "GEARBOX.GEAR", .reverse_values = {"Rear"}, .interface = ""};
   expect_error("neither a whole number nor one of its value names (D, R)");
-  config_.dbc = "/nowhere/car.dbc";
+  config_.dbcs = {"/nowhere/car.dbc"};
   expect_error("/nowhere/car.dbc: cannot open");
+  config_.dbcs = {};
+  expect_error("no DBC file");
 }
 
 }  // namespace

@@ -17,6 +17,7 @@ namespace topoloc::config {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 const std::string kVehicle = R"(format: 1
@@ -128,8 +129,36 @@ matching: {matcher: mutual, model_dir: models}
   EXPECT_EQ(config.estimator.history.capacity, 99);
   EXPECT_EQ(config.matching.matcher, "mutual");
   EXPECT_EQ(config.matching.model_dir, dir_ / "models");
-  EXPECT_EQ(config.can.dbc, dir_ / "bus.dbc");
+  EXPECT_THAT(config.can.dbcs, ElementsAre(dir_ / "bus.dbc"));
   EXPECT_EQ(config.can.imu.angular_rate[2], "R.Z");
+}
+
+TEST_F(ConfigTest, BusesMayHaveADbcEach) {
+  write("imu.dbc", "");
+  write("vehicle.yaml", replaced(kVehicle, "bus.dbc", "[bus.dbc, imu.dbc]"));
+  EXPECT_THAT(load().can.dbcs, ElementsAre(dir_ / "bus.dbc", dir_ / "imu.dbc"));
+  write("vehicle.yaml", replaced(kVehicle, "bus.dbc", "[bus.dbc, none.dbc]"));
+  EXPECT_THAT(complaint(), AllOf(HasSubstr("can.dbc: no such file"), HasSubstr("none.dbc")));
+  write("vehicle.yaml", replaced(kVehicle, "bus.dbc", "[]"));
+  EXPECT_THAT(complaint(), HasSubstr("can.dbc: expected at least one"));
+}
+
+TEST_F(ConfigTest, ReadsTurnOnBiases) {
+  write("vehicle.yaml", kVehicle +
+                            "  gyro_bias_radps: [0.01, -0.02, 0.03]\n"
+                            "  accel_bias_mps2: [0.1, 0.2, -0.3]\n"
+                            "  gyro_bias_std_radps: 0.0002\n");
+  const estimation::EstimatorConfig config = load().estimator;
+  EXPECT_EQ(config.initial_gyro_bias_radps, Eigen::Vector3d(0.01, -0.02, 0.03));
+  EXPECT_EQ(config.initial_accel_bias_mps2, Eigen::Vector3d(0.1, 0.2, -0.3));
+  EXPECT_EQ(config.initial.gyro_bias_radps, 0.0002);
+  EXPECT_EQ(config.initial.accel_bias_mps2, estimation::InitialUncertainty{}.accel_bias_mps2);
+}
+
+TEST_F(ConfigTest, VehicleMayBeWithoutCamera) {
+  EXPECT_TRUE(load().camera.configured());
+  write("vehicle.yaml", replaced(kVehicle, "camera:\n  calibration: camchain.yaml\n", ""));
+  EXPECT_FALSE(load().camera.configured());
 }
 
 TEST_F(ConfigTest, ReadsKalibrFilesAsTheyAre) {
