@@ -16,14 +16,16 @@ from topoloc_import.errors import DriveImportError
 COUNTER_MODULO = 16
 WHEELS = ("FRONT_LEFT", "FRONT_RIGHT", "REAR_LEFT", "REAR_RIGHT")
 
+Axes = tuple[float, float, float]  # x, y, z
+
 
 @dataclass(frozen=True)
 class InertialRow:
     """What the vehicle measured at one time: IMU axes, SI units, forward speed with its sign."""
 
     time_ns: int
-    specific_force_mps2: tuple[float, float, float]
-    angular_rate_radps: tuple[float, float, float]
+    specific_force_mps2: Axes
+    angular_rate_radps: Axes
     forward_speed_mps: float
 
 
@@ -41,19 +43,26 @@ class SensorFrames:
 
     def lines(self, row: InertialRow) -> list[str]:
         """The candump lines of one row. Time stamps are rounded to candump's microseconds."""
-        ax, ay, az = row.specific_force_mps2
-        wx, wy, wz = row.angular_rate_radps
         speed = row.forward_speed_mps
         direction = 0 if speed == 0.0 else 1 if speed > 0.0 else 2
         n = self._counter
-        self._counter = (n + 1) % COUNTER_MODULO
         frames: list[tuple[str, dict[str, float]]] = [
-            ("IMU_ACCEL", {"ACCEL_X": ax, "ACCEL_Y": ay, "ACCEL_Z": az, "ACCEL_COUNTER": n}),
-            ("IMU_RATE", {"RATE_X": wx, "RATE_Y": wy, "RATE_Z": wz, "RATE_COUNTER": n}),
             ("TRAVEL_DIRECTION", {"DIRECTION": direction, "DIRECTION_COUNTER": n}),
             ("WHEEL_SPEEDS", {**dict.fromkeys(WHEELS, abs(speed)), "SPEED_COUNTER": n}),
         ]
-        return [self._line(row.time_ns, name, signals) for name, signals in frames]
+        imu = self.imu_lines(row.time_ns, row.specific_force_mps2, row.angular_rate_radps)
+        return imu + [self._line(row.time_ns, name, signals) for name, signals in frames]
+
+    def imu_lines(self, time_ns: int, specific_force_mps2: Axes, rate_radps: Axes) -> list[str]:
+        """The two lines of one IMU sample."""
+        n = self._counter
+        self._counter = (n + 1) % COUNTER_MODULO
+        (ax, ay, az), (wx, wy, wz) = specific_force_mps2, rate_radps
+        frames: list[tuple[str, dict[str, float]]] = [
+            ("IMU_ACCEL", {"ACCEL_X": ax, "ACCEL_Y": ay, "ACCEL_Z": az, "ACCEL_COUNTER": n}),
+            ("IMU_RATE", {"RATE_X": wx, "RATE_Y": wy, "RATE_Z": wz, "RATE_COUNTER": n}),
+        ]
+        return [self._line(time_ns, name, signals) for name, signals in frames]
 
     def _line(self, time_ns: int, name: str, signals: dict[str, float]) -> str:
         message = self._messages[name]

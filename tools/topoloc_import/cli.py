@@ -8,6 +8,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from topoloc_import.comma2k19 import import_comma2k19
 from topoloc_import.drive_folder import create_folder
 from topoloc_import.errors import DriveImportError
 from topoloc_import.kitti_0039 import import_kitti_0039
@@ -20,6 +21,7 @@ calibration files, and ground_truth.tum (docs/drive-folder.md)."""
 EXAMPLES = """\
 examples:
   topoloc-import kitti-0039 data/kitti_0039 --out drives/kitti_0039
+  topoloc-import comma2k19 data/comma2k19_example --out drives/comma2k19
   topoloc-import kitti-raw 2011_09_26/2011_09_26_drive_0009_sync --out drives/0009 --cloud
 
 exit status: 0 done, 1 failed, 2 wrong usage"""
@@ -36,6 +38,7 @@ def parser() -> argparse.ArgumentParser:
     formats = top.add_subparsers(dest="format", required=True, metavar="FORMAT")
     for name, text in (
         ("kitti-0039", "drive 0039 unsynchronised: image_00.csv, imu.csv, speed.csv, ..."),
+        ("comma2k19", "a comma2k19 segment: can.log, imu.csv, global_pose.csv, ... (no images)"),
         ("kitti-raw", "a KITTI raw drive: the ..._drive_NNNN_sync folder or the one around it"),
     ):
         command = formats.add_parser(name, help=text, description=text)
@@ -58,6 +61,8 @@ def main(arguments: list[str] | None = None) -> int:
         def fill(folder: Path) -> None:
             if args.format == "kitti-0039":
                 import_kitti_0039(args.source, folder)
+            elif args.format == "comma2k19":
+                import_comma2k19(args.source, folder)
             else:
                 import_kitti_raw(args.source, folder, args.cloud)
 

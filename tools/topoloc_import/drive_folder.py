@@ -38,6 +38,27 @@ class Mounting:
     comment: str
 
 
+@dataclass(frozen=True)
+class ImuNoise:
+    """What imu.yaml says of the IMU: continuous densities in SI units."""
+
+    accel_noise_density: float
+    accel_random_walk: float
+    gyro_noise_density: float
+    gyro_random_walk: float
+    comment: str
+
+
+RT3003 = ImuNoise(
+    accel_noise_density=0.02,
+    accel_random_walk=0.001,
+    gyro_noise_density=0.0005,
+    gyro_random_walk=0.00001,
+    comment="RT3003 as recorded by KITTI. The densities stand for more than the sensor's own\n"
+    "noise: samples come tens of milliseconds apart, and between them the true motion is unknown.",
+)
+
+
 def create_folder(out: Path, force: bool, fill: Callable[[Path], None]) -> None:
     """Lets `fill` make the folder beside its place, then renames it: `out` is never half done.
     An existing folder is replaced only with `force`, and only if it is empty or a drive folder."""
@@ -101,17 +122,27 @@ def write_calibration(folder: Path, camera: CameraModel, imu_rate_hz: float) -> 
 """,
         encoding="ascii",
     )
+    write_imu_noise(folder, RT3003, imu_rate_hz)
+
+
+def write_imu_noise(folder: Path, noise: ImuNoise, rate_hz: float) -> None:
+    """imu.yaml in Kalibr's layout."""
+    comment = "\n".join(f"# {line}" for line in noise.comment.splitlines())
     (folder / "imu.yaml").write_text(
-        f"""# RT3003 as recorded by KITTI. The densities stand for more than the sensor's own noise:
-# samples come tens of milliseconds apart, and between them the true motion is unknown.
-accelerometer_noise_density: 0.02  # m/s^2/sqrt(Hz)
-accelerometer_random_walk: 0.001  # m/s^3/sqrt(Hz)
-gyroscope_noise_density: 0.0005  # rad/s/sqrt(Hz)
-gyroscope_random_walk: 0.00001  # rad/s^2/sqrt(Hz)
-update_rate: {imu_rate_hz:.1f}
+        f"""{comment}
+accelerometer_noise_density: {decimal(noise.accel_noise_density)}  # m/s^2/sqrt(Hz)
+accelerometer_random_walk: {decimal(noise.accel_random_walk)}  # m/s^3/sqrt(Hz)
+gyroscope_noise_density: {decimal(noise.gyro_noise_density)}  # rad/s/sqrt(Hz)
+gyroscope_random_walk: {decimal(noise.gyro_random_walk)}  # rad/s^2/sqrt(Hz)
+update_rate: {rate_hz:.1f}
 """,
         encoding="ascii",
     )
+
+
+def decimal(value: float) -> str:
+    """Without exponent, as people write it."""
+    return f"{value:.8f}".rstrip("0")
 
 
 def write_vehicle(folder: Path, name: str, mounting: Mounting) -> None:
