@@ -130,6 +130,13 @@ PoseScores score(const MatchedErrors& matched) {
   scores.reference_poses = matched.reference_poses;
   scores.coverage =
       static_cast<double>(scores.matched) / static_cast<double>(scores.reference_poses);
+  const RigidTransform* last = &matched.errors.front().T_world_reference;
+  for (const PoseError& error : matched.errors) {
+    scores.final_horizontal_m = error.heading_error_m.head<2>().norm();
+    scores.max_horizontal_m = std::max(scores.max_horizontal_m, scores.final_horizontal_m);
+    scores.travelled_m += (error.T_world_reference.p - last->p).norm();
+    last = &error.T_world_reference;
+  }
   double speed_times_error = 0.0;
   double speed_squared = 0.0;
   for (const PoseError& error : matched.errors) {

@@ -40,6 +40,15 @@ Row signed_row(const char* title, int axis) {
           }};
 }
 
+Row drift_row(const char* title, double PoseScores::*error_m) {
+  return {title, [=](const EvaluatedEstimate& e) -> std::string {
+            const double error = e.scores.*error_m;
+            const double way = e.scores.travelled_m;
+            return format("%.3f", error) +
+                   (way > 0.0 ? format(" %.2f%%", 100.0 * error / way) : "");
+          }};
+}
+
 Row nees_row(const char* title, Nees Consistency::*part) {
   return {title, [part](const EvaluatedEstimate& e) -> std::string {
             if (!e.consistency || e.consistency->steps == 0) {
@@ -79,6 +88,10 @@ std::vector<Row> table_rows() {
       statistics_row("  95 % [m]", &S::lateral_m, &Q::p95, "%.3f"),
       statistics_row("vertical, mean absolute [m]", &S::vertical_m, &Q::mean, "%.3f"),
       signed_row("  mean signed (+ up) [m]", 2),
+      {"travelled [m]",
+       [](const EvaluatedEstimate& e) { return format("%.1f", e.scores.travelled_m); }},
+      drift_row("horizontal, max [m, % of way]", &S::max_horizontal_m),
+      drift_row("  at the end [m, % of way]", &S::final_horizontal_m),
       {"time offset (+ ahead) [ms]",
        [](const EvaluatedEstimate& e) {
          return e.scores.time_offset_s ? format("%+.1f", 1e3 * *e.scores.time_offset_s) : "-";
@@ -163,6 +176,9 @@ nlohmann::ordered_json to_object(const EvaluatedEstimate& estimate) {
   json["median_rotation_rad"] = s.rotation_rad.median;
   json["p95_rotation_rad"] = s.rotation_rad.p95;
   json["max_rotation_rad"] = s.rotation_rad.max;
+  json["max_horizontal_m"] = s.max_horizontal_m;
+  json["final_horizontal_m"] = s.final_horizontal_m;
+  json["travelled_m"] = s.travelled_m;
   json["time_offset_s"] =
       s.time_offset_s ? nlohmann::ordered_json(*s.time_offset_s) : nlohmann::ordered_json();
   json["coverage"] = s.coverage;

@@ -78,6 +78,11 @@ struct PoseScores {
   /// error over speed): positive if the estimate shows where the vehicle will be that much later.
   /// Nothing if the vehicle hardly moves.
   std::optional<double> time_offset_s;
+  /// Drift of dead reckoning: horizontal errors beside the way travelled, along the reference from
+  /// the first to the last matched stamp.
+  double max_horizontal_m = 0.0;
+  double final_horizontal_m = 0.0;
+  double travelled_m = 0.0;
   std::size_t matched = 0;
   std::size_t reference_poses = 0;
   double coverage = 0.0;  ///< matched / reference_poses

@@ -101,6 +101,19 @@ TEST(PoseErrors, TimeShiftShowsAsLongitudinalErrorAndTimeOffset) {
   EXPECT_NEAR(*scores.time_offset_s, 0.05, 1e-9);
 }
 
+TEST(PoseErrors, DriftIsTheHorizontalErrorBesideTheWayTravelled) {
+  Trajectory estimate = straight_drive();
+  for (std::size_t i = 0; i < estimate.size(); ++i) {
+    estimate[i].T_world_imu.p.z() += 7.0;  // not horizontal
+    estimate[i].T_world_imu.p *= 1.0 + (i == 50 ? 0.5 : 0.0);
+  }
+  estimate.back().T_world_imu.p.head<2>() *= 1.02;
+  const PoseScores scores = scores_of(estimate);
+  EXPECT_NEAR(scores.travelled_m, 100.0 * std::sqrt(1.01), 1e-9) << "uphill";
+  EXPECT_NEAR(scores.max_horizontal_m, 25.0, 1e-9);
+  EXPECT_NEAR(scores.final_horizontal_m, 2.0, 1e-9);
+}
+
 TEST(PoseErrors, HaveNoTimeOffsetAtStandstill) {
   Trajectory still;
   for (int i = 0; i < 10; ++i) {
