@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/evaluation/mounting.hpp"
 
+#include "drive_motion.hpp"
 #include "mounting_report.hpp"
 
 #include <exception>
@@ -25,6 +26,8 @@ constexpr double kMaxSpeedDisagreement_mps = 1.5;
 
 struct Options {
   std::vector<std::string> oxts;
+  std::string drive;
+  double until_s = 0.0;
   std::string vehicle;
   std::string out;
   std::string json;
@@ -55,7 +58,50 @@ std::string drive_name(const fs::path& path) {
   return name.substr(0, name.find('.'));
 }
 
-void calibrate_vehicle(const Options& options) {
+void write_vehicle(const Options& options, const Mounting& mounting, const ImuBias* bias) {
+  const fs::path base = options.vehicle.empty() ? fs::path(options.drive) / "vehicle.yaml"
+                                                : fs::path(options.vehicle);
+  try {
+    const std::string text = with_mounting(read_text(base), mounting);
+    write_text(options.out, bias != nullptr ? with_imu_bias(text, *bias) : text);
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(base.string() + ": " + error.what());
+  }
+}
+
+void report(const Options& options, const std::vector<MountingRow>& rows, const MountingRow& all,
+            const ImuBias* bias) {
+  if (options.json == "-") {
+    std::cout << mounting_json(rows, all, bias);
+    return;
+  }
+  print_mounting(std::cout, rows, all);
+  if (bias != nullptr) {
+    print_imu_bias(std::cout, *bias);
+  }
+  if (!options.json.empty()) {
+    write_text(options.json, mounting_json(rows, all, bias));
+  }
+}
+
+void calibrate_with_drive(const Options& options) {
+  const DriveMotion motion = read_drive_motion(options.drive, options.vehicle, options.until_s);
+  MountingOptions mounting = options.mounting;
+  mounting.given = motion.given;
+  MountingRow row{fs::canonical(options.drive).filename().string(),
+                  estimate_mounting(motion.samples, mounting), ""};
+  row.refused = refusal(row.estimate);
+  const ImuBias* bias = motion.imu_bias.windows > 0 ? &motion.imu_bias : nullptr;
+  report(options, {row}, row, bias);
+  if (!row.refused.empty()) {
+    throw std::runtime_error("no calibration: " + row.refused);
+  }
+  if (!options.out.empty()) {
+    write_vehicle(options, row.estimate.mounting, bias);
+  }
+}
+
+void calibrate_with_oxts(const Options& options) {
   std::vector<MountingRow> rows;
   std::vector<MotionSample> pooled;
   for (const std::string& path : options.oxts) {
@@ -77,24 +123,13 @@ void calibrate_vehicle(const Options& options) {
   MountingRow all{rows.size() == 1 ? rows.front().name : "all drives",
                   estimate_mounting(pooled, options.mounting), ""};
   all.refused = refusal(all.estimate);
-  if (options.json == "-") {
-    std::cout << mounting_json(rows, all);
-  } else {
-    print_mounting(std::cout, rows, all);
-    if (!options.json.empty()) {
-      write_text(options.json, mounting_json(rows, all));
-    }
-  }
+  report(options, rows, all, nullptr);
   if (!all.refused.empty()) {
     throw std::runtime_error("no calibration: " +
                              (pooled.empty() ? "every drive was refused" : all.refused));
   }
   if (!options.out.empty()) {
-    try {
-      write_text(options.out, with_mounting(read_text(options.vehicle), all.estimate.mounting));
-    } catch (const std::runtime_error& error) {
-      throw std::runtime_error(options.vehicle + ": " + error.what());
-    }
+    write_vehicle(options, all.estimate.mounting, nullptr);
   }
 }
 
@@ -108,17 +143,28 @@ int main(int argc, char** argv) {
   CLI::App& vehicle = *app.add_subcommand(
       "vehicle",
       "IMU-to-vehicle rotation (pitch, yaw), lever arm of the wheel reference point, wheel scale");
-  vehicle
+  CLI::Option_group& source = *vehicle.add_option_group("source", "One of");
+  source
       .add_option("--oxts", options.oxts,
                   "GNSS/INS rows in KITTI's OXTS columns, CSV or CSV.gz; several are pooled")
-      ->required()
       ->check(CLI::ExistingFile);
-  auto* base = vehicle.add_option("--vehicle", options.vehicle, "vehicle.yaml to start from")
-                   ->check(CLI::ExistingFile);
+  auto* drive = source
+                    .add_option("--drive", options.drive,
+                                "Drive folder with ground_truth.tum: also wheel speeds and the "
+                                "biases of the IMU")
+                    ->check(CLI::ExistingDirectory);
+  source.require_option(1);
   vehicle
-      .add_option("--out", options.out,
-                  "Write --vehicle with the calibrated 'vehicle:' section; all else is kept")
-      ->needs(base);
+      .add_option("--until-seconds", options.until_s,
+                  "Use the reference only so long after the drive's first inertial sample")
+      ->needs(drive)
+      ->check(CLI::Range(4.0, 1e6));
+  vehicle
+      .add_option("--vehicle", options.vehicle, "vehicle.yaml to start from; default: the drive's")
+      ->check(CLI::ExistingFile);
+  vehicle.add_option("--out", options.out,
+                     "Write the vehicle.yaml with the calibrated keys of its sections 'vehicle' "
+                     "and, with --drive, 'imu'; all else is kept");
   vehicle.add_option("--json", options.json, "Write JSON to a file, or '-' instead of the table");
   vehicle
       .add_option("--min-speed", options.mounting.min_speed_mps, "Slower samples are left out, m/s")
@@ -133,15 +179,24 @@ int main(int argc, char** argv) {
       "Examples:\n"
       "  topoloc-calibrate vehicle --oxts drives/2011_09_26_*.csv.gz\n"
       "  topoloc-calibrate vehicle --oxts a.csv.gz b.csv.gz --vehicle vehicle.yaml \\\n"
-      "      --out calibrated.yaml\n\n"
+      "      --out calibrated.yaml\n"
+      "  topoloc-calibrate vehicle --drive drives/monday --until-seconds 10 \\\n"
+      "      --out drives/monday/calibrated.yaml\n\n"
       "Exit code: 0 done, 1 failed or refused, 2 wrong usage.");
   try {
     app.parse(argc, argv);
+    if (!options.out.empty() && options.drive.empty() && options.vehicle.empty()) {
+      throw CLI::RequiresError("--out", "--vehicle or --drive");
+    }
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
   try {
-    calibrate_vehicle(options);
+    if (!options.drive.empty()) {
+      calibrate_with_drive(options);
+    } else {
+      calibrate_with_oxts(options);
+    }
     return 0;
   } catch (const std::exception& error) {
     std::cerr << "topoloc-calibrate: " << error.what() << '\n';

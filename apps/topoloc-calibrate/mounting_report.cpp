@@ -145,7 +145,20 @@ void print_mounting(std::ostream& out, const std::vector<MountingRow>& drives,
          "spread: standard deviation between the drives\n";
 }
 
-std::string mounting_json(const std::vector<MountingRow>& drives, const MountingRow& all) {
+void print_imu_bias(std::ostream& out, const topoloc::evaluation::ImuBias& bias) {
+  const auto print = [&](const char* what, const Eigen::Vector3d& v, const Eigen::Vector3d& std) {
+    char text[160];
+    std::snprintf(text, sizeof text, "%-30s%+.5f +- %.5f  %+.5f +- %.5f  %+.5f +- %.5f\n", what,
+                  v.x(), std.x(), v.y(), std.y(), v.z(), std.z());
+    out << text;
+  };
+  out << '\n';
+  print("gyro bias x, y, z [rad/s]", bias.gyro_radps, bias.gyro_std_radps);
+  print("accelerometer bias [m/s^2]", bias.accel_mps2, bias.accel_std_mps2);
+}
+
+std::string mounting_json(const std::vector<MountingRow>& drives, const MountingRow& all,
+                          const topoloc::evaluation::ImuBias* bias) {
   nlohmann::ordered_json json = to_object(all);
   const auto& mounting = all.estimate.mounting;
   const auto list = [](const Eigen::Vector3d& v) {
@@ -154,6 +167,12 @@ std::string mounting_json(const std::vector<MountingRow>& drives, const Mounting
   json["vehicle"] = {{"rotation_vehicle_imu_rpy_rad", list(mounting.rotation_vehicle_imu_rpy_rad)},
                      {"wheel_reference_imu_m", list(mounting.wheel_reference_imu_m)},
                      {"wheel_scale", mounting.wheel_scale}};
+  if (bias != nullptr) {
+    json["imu"] = {{"gyro_bias_radps", list(bias->gyro_radps)},
+                   {"gyro_bias_std_radps", list(bias->gyro_std_radps)},
+                   {"accel_bias_mps2", list(bias->accel_mps2)},
+                   {"accel_bias_std_mps2", list(bias->accel_std_mps2)}};
+  }
   json["drives"] = nlohmann::ordered_json::array();
   for (const MountingRow& row : drives) {
     json["drives"].push_back(to_object(row));

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #pragma once
 
+#include "topoloc/evaluation/imu_bias.hpp"
 #include "topoloc/evaluation/mounting.hpp"
 
 #include <iosfwd>
@@ -23,4 +24,8 @@ std::string refusal(const topoloc::evaluation::MountingEstimate& estimate);
 void print_mounting(std::ostream& out, const std::vector<MountingRow>& drives,
                     const MountingRow& all);
 
-std::string mounting_json(const std::vector<MountingRow>& drives, const MountingRow& all);
+void print_imu_bias(std::ostream& out, const topoloc::evaluation::ImuBias& bias);
+
+/// `bias` may be null.
+std::string mounting_json(const std::vector<MountingRow>& drives, const MountingRow& all,
+                          const topoloc::evaluation::ImuBias* bias);
