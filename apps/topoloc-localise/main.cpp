@@ -40,6 +40,7 @@ struct Options {
   std::filesystem::path out;
   std::string frames = "all";
   std::string initial_pose;
+  double start_s = 0.0;
   bool no_speed = false;
   bool dead_reckoning = false;
   double match_delay_s = 0.0;
@@ -124,6 +125,7 @@ nlohmann::json summary(const topoloc::drive::Drive& drive, const localiser::Batc
 void run(const Options& options) {
   localiser::BatchOptions batch;
   batch.frames = localiser::parse_frame_selection(options.frames);
+  batch.start_s = options.start_s;
   batch.use_speed = !options.no_speed;
   batch.match_delay_s = options.match_delay_s;
   if (!options.initial_pose.empty()) {
@@ -183,8 +185,12 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"all", "even", "odd"}))
       ->capture_default_str();
   app.add_option("--initial-pose", options.initial_pose,
-                 "T_world_imu at the drive's start, \"x y z qx qy qz qw\"; default: from the "
+                 "T_world_imu at the start, \"x y z qx qy qz qw\"; default: from the "
                  "drive's ground_truth.tum");
+  app.add_option("--start-seconds", options.start_s,
+                 "Start so long after the drive's first inertial sample")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
   app.add_flag("--no-speed", options.no_speed, "Do not use wheel speed");
   app.add_option("--match-delay", options.match_delay_s,
                  "Seconds by which matches reach the filter late")

@@ -38,8 +38,22 @@ class Feed {
   std::size_t next_ = 0;
 };
 
-estimation::InitialPose initial_pose(const drive::Drive& drive, const BatchOptions& options) {
-  const std::int64_t start_ns = drive.imu.front().time_ns;
+/// The first inertial sample from the wanted start on.
+std::int64_t start_time(const drive::Drive& drive, const BatchOptions& options) {
+  const std::int64_t wanted_ns =
+      drive.imu.front().time_ns + static_cast<std::int64_t>(std::llround(options.start_s * 1e9));
+  const auto first = std::lower_bound(
+      drive.imu.begin(), drive.imu.end(), wanted_ns,
+      [](const estimation::ImuSample& sample, std::int64_t time) { return sample.time_ns < time; });
+  if (first == drive.imu.end()) {
+    throw std::runtime_error(drive.dir.string() + ": the drive ends before the start at " +
+                             std::to_string(options.start_s) + " s");
+  }
+  return first->time_ns;
+}
+
+estimation::InitialPose initial_pose(const drive::Drive& drive, const BatchOptions& options,
+                                     std::int64_t start_ns) {
   if (options.initial_pose) {
     return {.time_ns = start_ns, .T_world_imu = *options.initial_pose};
   }
@@ -55,7 +69,7 @@ estimation::InitialPose initial_pose(const drive::Drive& drive, const BatchOptio
   const auto pose = evaluation::pose_at(truth, time_ns, kMaxGap_ns);
   if (!pose || std::abs(time_ns - start_ns) > kMaxGap_ns) {
     throw std::runtime_error(drive.dir.string() +
-                             ": ground_truth.tum has no pose at the drive's start; give "
+                             ": ground_truth.tum has no pose at the start; give "
                              "--initial-pose");
   }
   return {.time_ns = start_ns, .T_world_imu = *pose};
@@ -209,10 +223,12 @@ BatchResult run_batch(const drive::Drive& drive, drive::FrameLog* frames, const 
   BatchResult result;
   Feed imu(drive.imu);
   Feed speed(drive.speed);
-  const std::int64_t start_ns = drive.imu.front().time_ns;
+  const std::int64_t start_ns = start_time(drive, options);
+  imu.until(start_ns - 1);  // left out, as if the log began at the start
+  speed.until(start_ns - 1);
   const std::int64_t end_ns = drive.imu.back().time_ns;
   const auto period_ns = static_cast<std::int64_t>(std::llround(1e9 / options.rate_hz));
-  std::optional<estimation::InitialPose> start_pose = initial_pose(drive, options);
+  std::optional<estimation::InitialPose> start_pose = initial_pose(drive, options, start_ns);
   for (std::int64_t now_ns = start_ns; now_ns < end_ns + period_ns; now_ns += period_ns) {
     estimation::TickInputs inputs{
         .imu = imu.until(now_ns), .speed = speed.until(now_ns), .matches = {}, .initial_pose = {}};

@@ -25,7 +25,8 @@ bool selected(FrameSelection selection, std::size_t index);
 
 struct BatchOptions {
   FrameSelection frames = FrameSelection::kAll;
-  /// T_world_imu at the first inertial sample; without it the drive's ground truth gives it.
+  double start_s = 0.0;  ///< after the first inertial sample; what comes before is left out
+  /// T_world_imu at the start; without it the drive's ground truth gives it.
   std::optional<RigidTransform> initial_pose;
   bool use_speed = true;
   double rate_hz = 200.0;      ///< ticks per second of drive time
