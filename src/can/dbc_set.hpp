@@ -22,9 +22,6 @@ class DbcSet {
   /// of another message already in use that the interface does not tell apart.
   SignalRef signal(std::string_view message_dot_signal, std::string_view interface);
 
-  /// The file names, as error messages begin.
-  [[nodiscard]] const std::string& name() const { return name_; }
-
  private:
   struct UsedMessage {
     const Message* message;
@@ -32,7 +29,7 @@ class DbcSet {
   };
   void note_use(const Message& message, std::string_view interface);
 
-  std::string name_;
+  std::string name_;  ///< the file names, as error messages begin
   std::vector<Dbc> dbcs_;
   std::vector<UsedMessage> used_;
 };
