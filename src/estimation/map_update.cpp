@@ -112,25 +112,38 @@ void MapUpdate::gate(const MapMatchSet& set, const Covariance& P, MapUpdateResul
   }
 }
 
-void MapUpdate::reweight(const MapMatchSet& set) {
-  for (int i = 0; i < set.match_count; ++i) {
-    Row& row = rows_[static_cast<std::size_t>(i)];
-    const double std_px = set.matches[static_cast<std::size_t>(i)].pixel_std_px;
-    const double width_px = config_.kernel_width_sigma * std_px;
-    row.weight = row.in_gate ? robust_weight(config_.kernel,
-                                             row.z_px.squaredNorm() / (width_px * width_px)) /
-                                   (std_px * std_px)
-                             : 0.0;
+// The pose errors of the nodes that go best with a step of the pose. Robust weights must look at
+// what the matches do apart from it: an error common to all of a node's matches is no outlier.
+void MapUpdate::estimate_node_errors(const MapMatchSet& set, const Vector6& step) {
+  for (int slot = 0; slot < set.node_count; ++slot) {
+    Node& node = nodes_[static_cast<std::size_t>(slot)];
+    node.error = -(node.posterior * (node.b_n + node.L_xn.transpose() * step));
   }
 }
 
-MapUpdate::Information MapUpdate::accumulate(const MapMatchSet& set) const {
-  struct NodeBlocks {
-    Matrix6 L_xn = Matrix6::Zero();
-    Matrix6 L_nn = Matrix6::Zero();
-    Vector6 b_n = Vector6::Zero();
-  };
-  std::array<NodeBlocks, kMaxMatchedNodes> nodes;
+Eigen::Vector2d MapUpdate::residual(const MapMatchSet& set, int i) const {
+  const auto index = static_cast<std::size_t>(i);
+  const auto slot = static_cast<std::size_t>(set.matches[index].node_slot);
+  return rows_[index].z_px + rows_[index].H_node * nodes_[slot].error;
+}
+
+void MapUpdate::reweight(const MapMatchSet& set) {
+  for (int i = 0; i < set.match_count; ++i) {
+    Row& row = rows_[static_cast<std::size_t>(i)];
+    if (!row.in_gate) {
+      continue;
+    }
+    const double std_px = set.matches[static_cast<std::size_t>(i)].pixel_std_px;
+    const double width_px = config_.kernel_width_sigma * std_px;
+    row.weight =
+        robust_weight(config_.kernel, residual(set, i).squaredNorm() / (width_px * width_px)) /
+        (std_px * std_px);
+  }
+}
+
+MapUpdate::Information MapUpdate::accumulate(const MapMatchSet& set) {
+  nodes_.fill(
+      {Matrix6::Zero(), Matrix6::Zero(), Matrix6::Zero(), Vector6::Zero(), Vector6::Zero()});
   Information sum{Matrix6::Zero(), Vector6::Zero()};
   for (int i = 0; i < set.match_count; ++i) {
     const Row& row = rows_[static_cast<std::size_t>(i)];
@@ -142,23 +155,23 @@ MapUpdate::Information MapUpdate::accumulate(const MapMatchSet& set) const {
     sum.b.noalias() += HtW * row.z_px;
     const auto slot = static_cast<std::size_t>(set.matches[static_cast<std::size_t>(i)].node_slot);
     if (!set.nodes[slot].covariance.isZero(0.0)) {
-      nodes[slot].L_xn.noalias() += HtW * row.H_node;
-      nodes[slot].L_nn.noalias() += row.weight * row.H_node.transpose() * row.H_node;
-      nodes[slot].b_n.noalias() += row.weight * row.H_node.transpose() * row.z_px;
+      nodes_[slot].L_xn.noalias() += HtW * row.H_node;
+      nodes_[slot].L_nn.noalias() += row.weight * row.H_node.transpose() * row.H_node;
+      nodes_[slot].b_n.noalias() += row.weight * row.H_node.transpose() * row.z_px;
     }
   }
   // Marginalise each node's error; (L_nn + Sigma^-1)^-1 = Sigma (I + L_nn Sigma)^-1 also holds for
   // a Sigma without inverse.
   for (int slot = 0; slot < set.node_count; ++slot) {
-    const auto s = static_cast<std::size_t>(slot);
-    const Matrix6& Sigma = set.nodes[s].covariance;
+    Node& node = nodes_[static_cast<std::size_t>(slot)];
+    const Matrix6& Sigma = set.nodes[static_cast<std::size_t>(slot)].covariance;
     if (Sigma.isZero(0.0)) {
       continue;
     }
-    const Matrix6 I_plus = Matrix6::Identity() + nodes[s].L_nn * Sigma;
-    const Matrix6 M = Sigma * I_plus.partialPivLu().solve(Matrix6::Identity());
-    sum.L -= nodes[s].L_xn * M * nodes[s].L_xn.transpose();
-    sum.b -= nodes[s].L_xn * (M * nodes[s].b_n);
+    const Matrix6 I_plus = Matrix6::Identity() + node.L_nn * Sigma;
+    node.posterior = Sigma * I_plus.partialPivLu().solve(Matrix6::Identity());
+    sum.L -= node.L_xn * node.posterior * node.L_xn.transpose();
+    sum.b -= node.L_xn * (node.posterior * node.b_n);
   }
   sum.L = 0.5 * (sum.L + sum.L.transpose()).eval();
   return sum;
@@ -170,9 +183,10 @@ void MapUpdate::summarise(const MapMatchSet& set, MapUpdateResult& result) const
     const Row& row = rows_[static_cast<std::size_t>(i)];
     const double width_px =
         config_.kernel_width_sigma * set.matches[static_cast<std::size_t>(i)].pixel_std_px;
-    if (row.in_gate && row.z_px.squaredNorm() <= width_px * width_px) {
+    const double residual_sq = row.in_gate ? residual(set, i).squaredNorm() : 0.0;
+    if (row.in_gate && residual_sq <= width_px * width_px) {
       ++result.inliers;
-      sum_sq += row.z_px.squaredNorm();
+      sum_sq += residual_sq;
     }
   }
   result.rms_px = result.inliers > 0 ? std::sqrt(sum_sq / result.inliers) : 0.0;
@@ -229,6 +243,7 @@ MapUpdateResult MapUpdate::apply(const MapMatchSet& set, NominalState& x, Covari
       Row& row = rows_[static_cast<std::size_t>(i)];
       row.in_gate = row.in_gate && linearise(set, x_k, i);
     }
+    estimate_node_errors(set, dx.head<6>());
     reweight(set);
     if (last_theta.norm() < config_.convergence_theta_rad &&
         dx.segment<3>(kP).norm() < config_.convergence_p_m) {

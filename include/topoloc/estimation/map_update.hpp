@@ -5,6 +5,7 @@
 #include "topoloc/estimation/camera_measurement.hpp"
 #include "topoloc/estimation/measurements.hpp"
 
+#include <array>
 #include <vector>
 
 namespace topoloc::estimation {
@@ -41,7 +42,7 @@ struct MapUpdateResult {
   int invalid = 0;          ///< behind the camera, NaN, or naming a node that is not there
   int outside_gate = 0;     ///< failed the chi-square gate at the prior
   int inliers = 0;          ///< in the gate and with a residual below kernel_width_sigma at the end
-  double rms_px = 0.0;      ///< of the inliers' residuals at the end
+  double rms_px = 0.0;      ///< of the inliers' residuals at the end, nodes' errors removed
   double test_ratio = 0.0;  ///< pose correction's chi-square over its gate
   /// Information about (theta, p) that the matches brought, the nodes' errors marginalised.
   PoseCovariance information = PoseCovariance::Zero();
@@ -71,16 +72,26 @@ class MapUpdate {
     PoseCovariance L;
     Eigen::Matrix<double, 6, 1> b;
   };
+  struct Node {  ///< normal equations of a node's pose error, and its estimate
+    PoseCovariance L_xn;
+    PoseCovariance L_nn;
+    PoseCovariance posterior;  ///< (L_nn + Sigma^-1)^-1
+    Eigen::Matrix<double, 6, 1> b_n;
+    Eigen::Matrix<double, 6, 1> error;
+  };
 
   bool linearise(const MapMatchSet& set, const NominalState& x, int i);
   void gate(const MapMatchSet& set, const Covariance& P, MapUpdateResult& result);
   void reweight(const MapMatchSet& set);
-  Information accumulate(const MapMatchSet& set) const;
+  Information accumulate(const MapMatchSet& set);
+  void estimate_node_errors(const MapMatchSet& set, const Eigen::Matrix<double, 6, 1>& step);
+  [[nodiscard]] Eigen::Vector2d residual(const MapMatchSet& set, int i) const;
   void summarise(const MapMatchSet& set, MapUpdateResult& result) const;
 
   CameraModel camera_;
   MapUpdateConfig config_;
   std::vector<Row> rows_;  ///< Jacobian buffer, kMaxMatches long
+  std::array<Node, kMaxMatchedNodes> nodes_{};
 };
 
 }  // namespace topoloc::estimation
