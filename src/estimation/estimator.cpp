@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/LU>
+
 namespace topoloc::estimation {
 
 using namespace error_index;
@@ -53,7 +55,7 @@ Estimator::Estimator(const EstimatorConfig& config)
 const Estimate& Estimator::tick(std::int64_t now_ns, const TickInputs& inputs) {
   report_count_ = 0;
   if (inputs.initial_pose) {
-    initial_pose_ = inputs.initial_pose;
+    take_initial_pose(*inputs.initial_pose);
   }
   // Speeds first: they wait for the inertial data of this tick, so that nothing is computed twice.
   for (const SpeedSample& sample : inputs.speed) {
@@ -75,6 +77,19 @@ std::span<const MapUpdateReport> Estimator::map_reports() const {
 
 std::optional<NominalState> Estimator::state_at(std::int64_t time_ns, Covariance& P) const {
   return history_.empty() ? std::nullopt : history_.state_at(time_ns, P);
+}
+
+void Estimator::take_initial_pose(const InitialPose& pose) {
+  const Eigen::Matrix3d& R = pose.T_world_imu.R;
+  constexpr double kRotationTolerance = 1e-6;
+  const bool rotation =
+      (R * R.transpose() - Eigen::Matrix3d::Identity()).norm() < kRotationTolerance &&
+      R.determinant() > 0.0;  // false for NaN
+  if (!rotation || !pose.T_world_imu.p.allFinite()) {
+    ++estimate_.counters.initial_pose_rejected;
+    return;
+  }
+  initial_pose_ = pose;
 }
 
 void Estimator::start_if_ready() {
@@ -113,15 +128,15 @@ void Estimator::take_imu(const ImuSample& sample) {
     imu_gap_ = seconds(sample.time_ns - last_imu_->time_ns) > config_.health.max_imu_gap_s;
     estimate_.counters.imu_gaps += imu_gap_ ? 1 : 0;
   }
-  if (history_.empty() || initial_pose_) {
+  if (history_.empty()) {
     if (!finite) {
       count(estimate_.counters.imu, InsertVerdict::kNotFinite);
       return;
     }
     standstill_.add_imu(sample);
     last_imu_ = sample;
-    start_if_ready();
     ++estimate_.counters.before_start;
+    start_if_ready();
     return;
   }
   const InsertVerdict verdict = history_.add_imu(sample);
@@ -130,6 +145,7 @@ void Estimator::take_imu(const ImuSample& sample) {
     standstill_.add_imu(sample);
     last_imu_ = sample;
     read_reports();
+    start_if_ready();  // a new initial pose restarts the filter once its time has come
   }
 }
 
@@ -140,14 +156,16 @@ void Estimator::take_speed(const SpeedSample& sample) {
   const bool later =
       std::isfinite(sample.speed_mps) && (!last_speed_ || sample.time_ns > last_speed_->time_ns);
   const bool standing = later && standstill_.add_speed(sample);
-  if (later) {
-    last_speed_ = sample;
-  }
   if (history_.empty()) {
     ++estimate_.counters.before_start;
+    last_speed_ = later ? sample : last_speed_;
     return;
   }
-  count(estimate_.counters.speed, history_.add_speed(sample, standing));
+  const InsertVerdict verdict = history_.add_speed(sample, standing);
+  count(estimate_.counters.speed, verdict);
+  if (later && verdict == InsertVerdict::kInserted) {
+    last_speed_ = sample;
+  }
   read_reports();
 }
 
@@ -157,7 +175,7 @@ void Estimator::take_matches(const MapMatchSet& set) {
     return;
   }
   if (set.match_count < 0 || set.match_count > kMaxMatches || set.node_count < 0 ||
-      set.node_count > kMaxMatchedNodes) {
+      set.node_count > kMaxMatchedNodes || set.matches.size() < kMaxMatches) {
     count(estimate_.counters.matches, InsertVerdict::kNotFinite);
     return;
   }
@@ -217,11 +235,14 @@ void Estimator::read_reports() {
 }
 
 void Estimator::judge(std::int64_t now_ns) {
-  estimate_.time_ns = now_ns;
   if (history_.empty()) {
+    estimate_.time_ns = now_ns;
     estimate_.mode = Mode::kUninitialised;
     return;
   }
+  // The state is never older than its newest event: a `now` before it must not date it back.
+  now_ns = std::max(now_ns, history_.newest_time_ns());
+  estimate_.time_ns = now_ns;
   history_.predict(now_ns, estimate_.state, estimate_.P);
   estimate_.counters.speed_gate_rejected = history_.speeds_rejected();
   estimate_.since_fix_s = seconds(now_ns - last_fix_ns_);

@@ -13,6 +13,12 @@ namespace {
 
 double seconds(std::int64_t duration_ns) { return static_cast<double>(duration_ns) * 1e-9; }
 
+/// Everything that waits for an IMU sample comes in with it, and one event is always kept.
+HistoryConfig with_room_for_pending(HistoryConfig config) {
+  config.capacity = std::max(config.capacity, config.pending_capacity + 2);
+  return config;
+}
+
 }  // namespace
 
 const char* name(InsertVerdict verdict) {
@@ -29,18 +35,20 @@ const char* name(InsertVerdict verdict) {
       return "too_old";
     case InsertVerdict::kPendingFull:
       return "pending_full";
+    case InsertVerdict::kInFuture:
+      return "in_future";
   }
   return "unknown";
 }
 
 FusionHistory::FusionHistory(const FilterModels& models, const HistoryConfig& config)
     : models_(models),
-      config_(config),
+      config_(with_room_for_pending(config)),
       map_update_(models.camera, models.map_update),
       gyro_std_radps_(models.imu.gyro_noise_density * std::sqrt(models.imu_rate_hz)),
-      events_(static_cast<std::size_t>(config.capacity)),
-      states_(static_cast<std::size_t>(config.capacity)),
-      covariances_(static_cast<std::size_t>(config.capacity), Covariance::Zero()),
+      events_(static_cast<std::size_t>(config_.capacity)),
+      states_(static_cast<std::size_t>(config_.capacity)),
+      covariances_(static_cast<std::size_t>(config_.capacity), Covariance::Zero()),
       map_sets_(static_cast<std::size_t>(config.map_capacity)),
       reports_(static_cast<std::size_t>(config.map_capacity)) {
   pending_.reserve(static_cast<std::size_t>(config.pending_capacity));
@@ -137,16 +145,17 @@ InsertVerdict FusionHistory::add_matches(const MapMatchSet& set) {
 
 // --- The order of events -------------------------------------------------------------------------
 
+int FusionHistory::rank(Kind kind) {
+  // A standstill is what a speed sample became: there is one of the two at a time.
+  return static_cast<int>(kind == Kind::kStandstill ? Kind::kSpeed : kind);
+}
+
 bool FusionHistory::before(const Event& a, const Event& b) {
-  return a.time_ns != b.time_ns ? a.time_ns < b.time_ns : a.kind < b.kind;
+  return a.time_ns != b.time_ns ? a.time_ns < b.time_ns : rank(a.kind) < rank(b.kind);
 }
 
 bool FusionHistory::duplicates(const Event& a, const Event& b) {
-  const auto from_wheels = [](Kind kind) {
-    return kind == Kind::kSpeed || kind == Kind::kStandstill;
-  };
-  return a.time_ns == b.time_ns &&
-         (a.kind == b.kind || (from_wheels(a.kind) && from_wheels(b.kind)));
+  return a.time_ns == b.time_ns && rank(a.kind) == rank(b.kind);
 }
 
 InsertVerdict FusionHistory::insert(const Event& e) {
@@ -178,6 +187,10 @@ InsertVerdict FusionHistory::insert(const Event& e) {
 }
 
 InsertVerdict FusionHistory::wait_for_inertial(const Event& e) {
+  // Time stamps of a wrong clock must not fill the queue for good.
+  if (seconds(e.time_ns - newest_time_ns()) > config_.duration_s) {
+    return InsertVerdict::kInFuture;
+  }
   const auto place = std::upper_bound(pending_.begin(), pending_.end(), e, before);
   if (place != pending_.begin() && duplicates(e, *(place - 1))) {
     return InsertVerdict::kDuplicate;
@@ -215,7 +228,13 @@ void FusionHistory::drop_expired() {
 }
 
 int FusionHistory::take_map_slot() {
-  // Short of slots, the history gets shorter instead of the newest match set being lost.
+  // Short of slots, the history gets shorter instead of the newest match set being lost, unless all
+  // slots wait for inertial data and shortening would not free any.
+  const auto waiting = std::count_if(pending_.begin(), pending_.end(),
+                                     [](const Event& e) { return e.map_slot >= 0; });
+  if (waiting == config_.map_capacity) {
+    return -1;
+  }
   while (free_map_slots_.empty() && size_ > 1) {
     drop_oldest();
   }
@@ -243,14 +262,21 @@ void FusionHistory::interpolate_inertial(int i) {
     ++next;
   }
   const Event& a = event(previous);
-  e.specific_force = a.specific_force;
-  e.angular_rate = a.angular_rate;
-  if (next < size_) {
-    const Event& b = event(next);
-    const double fraction = seconds(e.time_ns - a.time_ns) / seconds(b.time_ns - a.time_ns);
+  const Event at = interpolated(a, next < size_ ? event(next) : a, e.time_ns);
+  e.specific_force = at.specific_force;
+  e.angular_rate = at.angular_rate;
+}
+
+FusionHistory::Event FusionHistory::interpolated(const Event& a, const Event& b,
+                                                 std::int64_t time_ns) {
+  Event e = a;
+  e.time_ns = time_ns;
+  if (b.time_ns > a.time_ns) {
+    const double fraction = seconds(time_ns - a.time_ns) / seconds(b.time_ns - a.time_ns);
     e.specific_force += fraction * (b.specific_force - a.specific_force);
     e.angular_rate += fraction * (b.angular_rate - a.angular_rate);
   }
+  return e;
 }
 
 void FusionHistory::compute_from(int start) {
@@ -260,20 +286,19 @@ void FusionHistory::compute_from(int start) {
     Event& e = event(i);
     x = state(i - 1);
     P = covariance(i - 1);
-    propagate_to(e.time_ns, i - 1, e, x, P);
+    propagate_between(event(i - 1), e, x, P);
     apply(e, x, P);
   }
 }
 
-void FusionHistory::propagate_to(std::int64_t time_ns, int i, const Event& to, NominalState& x,
-                                 Covariance& P) const {
-  const Event& from = event(i);
-  if (time_ns <= from.time_ns) {
+void FusionHistory::propagate_between(const Event& from, const Event& to, NominalState& x,
+                                      Covariance& P) const {
+  if (to.time_ns <= from.time_ns) {
     return;
   }
   const InertialInput u{.specific_force_mps2 = 0.5 * (from.specific_force + to.specific_force),
                         .angular_rate_radps = 0.5 * (from.angular_rate + to.angular_rate)};
-  const double dt_s = seconds(time_ns - from.time_ns);
+  const double dt_s = seconds(to.time_ns - from.time_ns);
   propagate_covariance(x, u, models_.imu, dt_s, P);
   x = propagate_state(x, u, dt_s);
 }
@@ -338,7 +363,9 @@ void FusionHistory::make_report(const Event& e, double jump_m, const MapUpdateRe
 void FusionHistory::predict(std::int64_t time_ns, NominalState& x, Covariance& P) const {
   x = newest_state();
   P = newest_covariance();
-  propagate_to(time_ns, size_ - 1, event(size_ - 1), x, P);
+  Event held = event(size_ - 1);
+  held.time_ns = time_ns;
+  propagate_between(event(size_ - 1), held, x, P);
 }
 
 std::optional<NominalState> FusionHistory::state_at(std::int64_t time_ns, Covariance& P) const {
@@ -349,9 +376,14 @@ std::optional<NominalState> FusionHistory::state_at(std::int64_t time_ns, Covari
   if (i < 0) {
     return std::nullopt;
   }
-  NominalState x = state(i);
+  NominalState x;
+  if (i == size_ - 1) {
+    predict(time_ns, x, P);
+    return x;
+  }
+  x = state(i);
   P = covariance(i);
-  propagate_to(time_ns, i, event(std::min(i + 1, size_ - 1)), x, P);
+  propagate_between(event(i), interpolated(event(i), event(i + 1), time_ns), x, P);
   return x;
 }
 

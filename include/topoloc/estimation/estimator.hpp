@@ -83,7 +83,8 @@ struct Counters {
   std::array<std::uint64_t, kInsertVerdictCount> imu{};  ///< by InsertVerdict
   std::array<std::uint64_t, kInsertVerdictCount> speed{};
   std::array<std::uint64_t, kInsertVerdictCount> matches{};
-  std::uint64_t before_start = 0;  ///< data that came before the filter had started
+  std::uint64_t before_start = 0;           ///< data that came before the filter had started
+  std::uint64_t initial_pose_rejected = 0;  ///< not finite, or not a rotation
   std::uint64_t speed_gate_rejected = 0;
   std::uint64_t map_accepted = 0;
   std::uint64_t map_rejected = 0;
@@ -93,7 +94,7 @@ struct Counters {
 
 /// State of now, with what is needed to judge it.
 struct Estimate {
-  std::int64_t time_ns = 0;
+  std::int64_t time_ns = 0;  ///< of the state: the tick's `now`, or that of newer data
   Mode mode = Mode::kUninitialised;
   std::uint32_t reasons = 0;
   NominalState state;
@@ -119,6 +120,7 @@ class Estimator {
   std::optional<NominalState> state_at(std::int64_t time_ns, Covariance& P) const;
 
  private:
+  void take_initial_pose(const InitialPose& pose);
   void start_if_ready();
   void take_imu(const ImuSample& sample);
   void take_speed(const SpeedSample& sample);

@@ -37,8 +37,9 @@ enum class InsertVerdict {
   kDuplicate,     ///< same sensor and time as one already there
   kTooOld,        ///< before the oldest state kept
   kPendingFull,   ///< too many events wait for inertial data
+  kInFuture,      ///< further ahead of the inertial data than the history is long
 };
-inline constexpr int kInsertVerdictCount = 6;
+inline constexpr int kInsertVerdictCount = 7;
 const char* name(InsertVerdict verdict);
 
 /// Outcome of one match set, told once, when it was first applied.
@@ -59,9 +60,11 @@ struct MapUpdateReport {
 /// An event newer than the newest IMU sample waits until inertial data reaches its time.
 ///
 /// Propagation between neighbouring events takes the mean of the two inertial values (midpoint).
-/// All memory is allocated by the constructor; no function throws.
+/// All memory is allocated by the constructor; no function throws. Before the first reset() the
+/// history is empty and nothing but reset() and empty() may be called.
 class FusionHistory {
  public:
+  /// A capacity that could not hold all that may be pending is raised to that.
   FusionHistory(const FilterModels& models, const HistoryConfig& config);
 
   /// Forgets everything and starts from a state at the time of an IMU sample.
@@ -112,6 +115,7 @@ class FusionHistory {
     Eigen::Vector3d angular_rate = Eigen::Vector3d::Zero();
   };
 
+  static int rank(Kind kind);
   static bool before(const Event& a, const Event& b);
   static bool duplicates(const Event& a, const Event& b);
   [[nodiscard]] std::size_t ring(int i) const {
@@ -132,8 +136,8 @@ class FusionHistory {
   void compute_from(int i);
   void apply(Event& e, NominalState& x, Covariance& P);
   void make_report(const Event& e, double jump_m, const MapUpdateResult& result);
-  void propagate_to(std::int64_t time_ns, int i, const Event& to, NominalState& x,
-                    Covariance& P) const;
+  static Event interpolated(const Event& a, const Event& b, std::int64_t time_ns);
+  void propagate_between(const Event& from, const Event& to, NominalState& x, Covariance& P) const;
 
   FilterModels models_;
   HistoryConfig config_;
