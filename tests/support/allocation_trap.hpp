@@ -6,10 +6,14 @@
 
 namespace topoloc::testing {
 
-/// Counts heap allocations (operator new) of this thread between construction and count().
-/// A test binary that uses it compiles support/allocation_trap.cpp, which replaces operator new.
+/// Counts heap allocations of this thread between construction and count(), at malloc's level:
+/// Eigen allocates there, past operator new.
+/// A test binary that uses it links support/allocation_trap.cpp, which wraps glibc's malloc.
 class AllocationTrap {
  public:
+  /// False under sanitizers, which bring their own malloc: count() is then always zero.
+  static const bool kAvailable;
+
   AllocationTrap();
   [[nodiscard]] std::uint64_t count() const;
 

@@ -1,0 +1,381 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/estimation/estimator.hpp"
+
+#include "support/straight_drive.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include <gtest/gtest.h>
+
+namespace topoloc::estimation {
+namespace {
+
+using Eigen::Vector3d;
+using test::StraightDrive;
+
+EstimatorConfig config() {
+  EstimatorConfig c;
+  c.models.camera = test::forward_camera();
+  c.initial.position_m = 0.3;
+  c.initial.attitude_rad = 0.01;
+  return c;
+}
+
+/// Ticks at 100 Hz with IMU and speed in each, frames at 10 Hz if asked for.
+class StraightRun {
+ public:
+  explicit StraightRun(const EstimatorConfig& c = config()) : estimator(c) {}
+
+  void start() {
+    inputs.initial_pose =
+        InitialPose{.time_ns = StraightDrive::at(0.0), .T_world_imu = drive.pose(0.0)};
+  }
+  const Estimate& step(bool frame, const Vector3d& offset_m = Vector3d::Zero()) {
+    const double t = 0.01 * tick_count++;
+    const ImuSample imu = StraightDrive::imu(t);
+    const SpeedSample speed = drive.speed(t);
+    inputs.imu = {&imu, with_imu ? 1U : 0U};
+    inputs.speed = {&speed, with_speed ? 1U : 0U};
+    const MapMatchSet* set = &matches;
+    if (frame && t >= 0.1) {
+      drive.matches(t - 0.08, 60, matches, offset_m);
+      matches.nodes[0].node_id = static_cast<std::uint32_t>(tick_count);
+      inputs.matches = {&set, 1};
+    }
+    const Estimate& estimate = estimator.tick(StraightDrive::at(t), inputs);
+    inputs = {};
+    return estimate;
+  }
+  Estimate run(double seconds, bool frames, const Vector3d& offset_m = Vector3d::Zero()) {
+    Estimate estimate;
+    for (int i = 0; i < static_cast<int>(std::lround(seconds * 100)); ++i) {
+      estimate = step(frames && tick_count % 10 == 0, offset_m);
+      EXPECT_TRUE(all_finite(estimate.state));
+      EXPECT_TRUE(estimate.P.allFinite());
+    }
+    return estimate;
+  }
+
+  StraightDrive drive;
+  Estimator estimator;
+  TickInputs inputs;
+  MapMatchSet matches;
+  int tick_count = 0;
+  bool with_imu = true;
+  bool with_speed = true;
+};
+
+std::uint64_t sum(const std::array<std::uint64_t, kInsertVerdictCount>& counters) {
+  return std::accumulate(counters.begin(), counters.end(), std::uint64_t{0});
+}
+std::uint64_t count(const std::array<std::uint64_t, kInsertVerdictCount>& counters,
+                    InsertVerdict verdict) {
+  return counters[static_cast<std::size_t>(verdict)];
+}
+
+TEST(Estimator, EmptyTicksBeforeTheStartSayUninitialised) {
+  Estimator estimator(config());
+  for (const std::int64_t now_ns : {std::int64_t{0}, StraightDrive::at(1.0)}) {
+    EXPECT_EQ(estimator.tick(now_ns, {}).mode, Mode::kUninitialised);
+  }
+  Covariance P;
+  EXPECT_FALSE(estimator.state_at(StraightDrive::at(0.0), P));
+}
+
+TEST(Estimator, StartsWithPoseInertialDataAndSpeed) {
+  StraightRun run;
+  EXPECT_EQ(run.run(0.1, false).mode, Mode::kUninitialised) << "no pose yet";
+  run.inputs.initial_pose =
+      InitialPose{.time_ns = StraightDrive::at(0.1), .T_world_imu = run.drive.pose(0.1)};
+  const Estimate estimate = run.step(false);
+  EXPECT_EQ(estimate.mode, Mode::kTracking);
+  EXPECT_NEAR(estimate.state.p_world_imu.x(), 0.8, 1e-9);
+  EXPECT_NEAR(estimate.state.v_world_imu.x(), 8.0, 1e-9);
+}
+
+TEST(Estimator, WaitsForASpeedUnlessToldNotTo) {
+  for (const bool use_speed : {true, false}) {
+    EstimatorConfig c = config();
+    c.use_speed = use_speed;
+    StraightRun run(c);
+    run.with_speed = false;
+    run.start();
+    EXPECT_EQ(run.run(0.1, false).mode == Mode::kUninitialised, use_speed);
+  }
+}
+
+TEST(Estimator, DoesNotStartBeforeThePosesTime) {
+  StraightRun run;
+  run.inputs.initial_pose =
+      InitialPose{.time_ns = StraightDrive::at(0.5), .T_world_imu = run.drive.pose(0.5)};
+  EXPECT_EQ(run.run(0.5, false).mode, Mode::kUninitialised);
+  EXPECT_EQ(run.step(false).mode, Mode::kTracking);
+}
+
+TEST(Estimator, RefusesAnInitialPoseThatIsNone) {
+  StraightRun run;
+  InitialPose pose{.time_ns = StraightDrive::at(0.0), .T_world_imu = {}};
+  pose.T_world_imu.p.x() = std::numeric_limits<double>::quiet_NaN();
+  run.inputs.initial_pose = pose;
+  run.step(false);
+  pose.T_world_imu = {};
+  pose.T_world_imu.R(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  run.inputs.initial_pose = pose;
+  run.step(false);
+  pose.T_world_imu.R = Eigen::Matrix3d::Zero();
+  run.inputs.initial_pose = pose;
+  run.step(false);
+  pose.T_world_imu.R = -Eigen::Matrix3d::Identity();  // a reflection
+  run.inputs.initial_pose = pose;
+  const Estimate estimate = run.step(false);
+  EXPECT_EQ(estimate.mode, Mode::kUninitialised);
+  EXPECT_EQ(estimate.counters.initial_pose_rejected, 4U);
+}
+
+TEST(Estimator, TracksTheDriveWithLateFrames) {
+  StraightRun run;
+  run.start();
+  const Estimate estimate = run.run(5.0, true);
+  EXPECT_EQ(estimate.mode, Mode::kTracking);
+  EXPECT_EQ(estimate.reasons, 0U);
+  EXPECT_GT(estimate.counters.map_accepted, 45U);
+  EXPECT_EQ(estimate.counters.map_rejected, 0U);
+  EXPECT_NEAR(estimate.state.p_world_imu.x(), 8.0 * 4.99, 0.05);
+  EXPECT_LT(estimate.state.p_world_imu.tail<2>().norm(), 0.05);
+  EXPECT_LT(estimate.since_fix_s, 0.3);
+  EXPECT_LT(estimate.since_fix_m, 2.0);
+  EXPECT_EQ(estimate.time_ns, StraightDrive::at(4.99));
+}
+
+TEST(Estimator, GoesFromTrackingToDeadReckoningToLost) {
+  EstimatorConfig c = config();
+  c.health.lost_position_std_m = 0.5;
+  StraightRun run(c);
+  run.start();
+  EXPECT_EQ(run.run(2.0, true).mode, Mode::kTracking);
+  Estimate estimate = run.run(1.2, false);
+  EXPECT_EQ(estimate.mode, Mode::kDeadReckoning);
+  EXPECT_EQ(estimate.reasons, reason::kNoMapFix);
+  EXPECT_NEAR(estimate.since_fix_s, 1.3, 0.11);
+  EXPECT_NEAR(estimate.since_fix_m, 8.0 * estimate.since_fix_s, 1.0);
+  estimate = run.run(60.0, false);
+  EXPECT_EQ(estimate.mode, Mode::kLost);
+  EXPECT_EQ(estimate.reasons, reason::kNoMapFix | reason::kUncertain);
+}
+
+TEST(Estimator, SaysWhatIsMissing) {
+  StraightRun run;
+  run.start();
+  run.run(1.0, true);
+  run.with_speed = false;
+  EXPECT_EQ(run.run(0.6, true).reasons, reason::kNoSpeed);
+  run.with_imu = false;
+  EXPECT_EQ(run.run(0.3, false).reasons & reason::kNoImu, reason::kNoImu);
+  run.with_imu = true;
+  const Estimate after_gap = run.step(false);
+  EXPECT_EQ(after_gap.reasons & reason::kImuGap, reason::kImuGap);
+  EXPECT_EQ(after_gap.counters.imu_gaps, 1U);
+  EXPECT_EQ(run.step(false).reasons & reason::kImuGap, 0U);
+}
+
+// A map that suddenly disagrees by 1.5 m: refused at first, doubted, and then followed.
+TEST(Estimator, DoubtsItselfWhenFramesKeepContradicting) {
+  StraightRun run;
+  run.start();
+  run.run(3.0, true);
+  const Vector3d offset(0.0, 1.5, 0.0);
+  Estimate estimate = run.run(0.3, true, offset);
+  EXPECT_EQ(estimate.reasons & reason::kMapContradicts, reason::kMapContradicts);
+  EXPECT_GE(estimate.counters.map_rejected, 2U);
+  EXPECT_LT(std::abs(estimate.state.p_world_imu.y()), 0.1);
+  estimate = run.run(2.0, true, offset);
+  EXPECT_GE(estimate.counters.doubts, 1U);
+  EXPECT_EQ(estimate.mode, Mode::kTracking);
+  EXPECT_EQ(estimate.reasons, 0U);
+  EXPECT_NEAR(estimate.state.p_world_imu.y(), 1.5, 0.1);
+}
+
+TEST(Estimator, CountsEveryDatum) {
+  StraightRun run;
+  run.run(0.2, true);  // all before the start
+  run.start();
+  run.run(2.0, true);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::array<ImuSample, 3> imu = {ImuSample{.time_ns = StraightDrive::at(1.0),
+                                                  .specific_force_mps2 = {nan, 0, 0},
+                                                  .angular_rate_radps = {0, 0, 0}},
+                                        StraightDrive::imu(1.0), StraightDrive::imu(2.195)};
+  const std::array<SpeedSample, 4> speed = {
+      SpeedSample{.time_ns = StraightDrive::at(0.3), .speed_mps = 8.0},
+      SpeedSample{.time_ns = StraightDrive::at(2.0), .speed_mps = 8.0},
+      SpeedSample{.time_ns = StraightDrive::at(2.1), .speed_mps = nan},
+      SpeedSample{.time_ns = StraightDrive::at(99.0), .speed_mps = 8.0}};
+  MapMatchSet bad;
+  bad.match_count = -5;
+  MapMatchSet old;
+  run.drive.matches(0.5, 50, old);
+  const std::array<const MapMatchSet*, 2> sets = {&bad, &old};
+  const Estimate estimate = run.estimator.tick(
+      StraightDrive::at(2.2), {.imu = imu, .speed = speed, .matches = sets, .initial_pose = {}});
+  const Counters& c = estimate.counters;
+  EXPECT_EQ(count(c.imu, InsertVerdict::kNotFinite), 1U);
+  EXPECT_EQ(count(c.imu, InsertVerdict::kNotMonotonic), 1U);
+  EXPECT_EQ(count(c.speed, InsertVerdict::kTooOld), 1U);
+  EXPECT_EQ(count(c.speed, InsertVerdict::kDuplicate), 1U);
+  EXPECT_EQ(count(c.speed, InsertVerdict::kNotFinite), 1U);
+  EXPECT_EQ(count(c.speed, InsertVerdict::kInFuture), 1U);
+  EXPECT_EQ(count(c.matches, InsertVerdict::kNotFinite), 1U);
+  EXPECT_EQ(count(c.matches, InsertVerdict::kTooOld), 2U) << "and the frame of before the start";
+  const std::uint64_t ticks = 220;
+  const std::uint64_t frames = 21;  // every tenth tick from 0.1 s
+  EXPECT_EQ(sum(c.imu) + sum(c.speed) + sum(c.matches) + c.before_start,
+            2 * ticks + frames + 3 + 4 + 2);
+  EXPECT_EQ(count(c.matches, InsertVerdict::kInserted), c.map_accepted + c.map_rejected);
+}
+
+TEST(Estimator, CountsMatchSetsAsTheyAreJudged) {
+  StraightRun run;
+  run.start();
+  run.run(1.0, true);
+  run.drive.matches(0.95, 3, run.matches);
+  const MapMatchSet* set = &run.matches;
+  const Estimate estimate = run.estimator.tick(
+      StraightDrive::at(1.0), {.imu = {}, .speed = {}, .matches = {&set, 1}, .initial_pose = {}});
+  EXPECT_EQ(estimate.counters.map_rejected, 1U);
+  ASSERT_EQ(run.estimator.map_reports().size(), 1U);
+  EXPECT_EQ(run.estimator.map_reports()[0].result.verdict, MapVerdict::kTooFewMatches);
+  EXPECT_EQ(run.estimator.map_reports()[0].frame_time_ns, StraightDrive::at(0.95));
+  run.step(false);
+  EXPECT_TRUE(run.estimator.map_reports().empty());
+}
+
+TEST(Estimator, SurvivesEveryKindOfNonsense) {
+  StraightRun run;
+  run.start();
+  run.run(1.0, true);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (int i = 0; i < 20; ++i) {
+    const ImuSample imu{.time_ns = StraightDrive::at(1.0 + 0.01 * i),
+                        .specific_force_mps2 = {nan, nan, nan},
+                        .angular_rate_radps = {nan, 0.0, 0.0}};
+    const SpeedSample speed{.time_ns = imu.time_ns, .speed_mps = nan};
+    run.drive.matches(0.95, 60, run.matches);
+    run.matches.frame_time_ns += i;
+    for (MapMatch& match : run.matches.matches) {
+      match.pixel_px.x() = i % 2 == 0 ? nan : 1e300;
+    }
+    run.matches.nodes[0].covariance.setConstant(i % 3 == 0 ? nan : 1e-4);
+    const MapMatchSet* set = &run.matches;
+    const Estimate& estimate = run.estimator.tick(
+        imu.time_ns,
+        {.imu = {&imu, 1}, .speed = {&speed, 1}, .matches = {&set, 1}, .initial_pose = {}});
+    ASSERT_TRUE(all_finite(estimate.state)) << i;
+    ASSERT_TRUE(estimate.P.allFinite()) << i;
+  }
+}
+
+TEST(Estimator, RestartsAtANewInitialPose) {
+  StraightRun run;
+  run.start();
+  run.run(1.0, true);
+  RigidTransform elsewhere = run.drive.pose(1.0);
+  elsewhere.p.y() = 100.0;
+  run.inputs.initial_pose =
+      InitialPose{.time_ns = StraightDrive::at(1.0), .T_world_imu = elsewhere};
+  const Estimate estimate = run.step(false);
+  EXPECT_EQ(estimate.mode, Mode::kTracking);
+  EXPECT_NEAR(estimate.state.p_world_imu.y(), 100.0, 1e-6);
+  EXPECT_NEAR(std::sqrt(estimate.P(4, 4)), 0.3, 0.01);
+}
+
+// A new pose whose time never comes must not stop the filter that runs.
+TEST(Estimator, KeepsRunningUntilTheNewPosesTime) {
+  StraightRun run;
+  run.start();
+  run.run(1.0, true);
+  run.inputs.initial_pose =
+      InitialPose{.time_ns = StraightDrive::at(1e6), .T_world_imu = run.drive.pose(0.0)};
+  const Estimate estimate = run.run(1.0, true);
+  EXPECT_EQ(estimate.mode, Mode::kTracking);
+  EXPECT_EQ(estimate.reasons, 0U);
+  EXPECT_NEAR(estimate.state.p_world_imu.x(), 8.0 * 1.99, 0.05);
+}
+
+// A known defect of others: a "valid" pose with time stamp zero, or of before its data.
+TEST(Estimator, NeverDatesAValidPoseBackBeforeItsData) {
+  StraightRun run;
+  run.start();
+  run.run(1.0, true);
+  for (const std::int64_t now_ns : {std::int64_t{0}, StraightDrive::at(0.2)}) {
+    const Estimate& estimate = run.estimator.tick(now_ns, {});
+    EXPECT_TRUE(estimate.mode == Mode::kUninitialised ||
+                estimate.time_ns == StraightDrive::at(0.99));
+  }
+}
+
+TEST(Estimator, EmptyTicksPredictToNow) {
+  StraightRun run;
+  run.start();
+  run.run(2.0, true);
+  const Estimate& estimate = run.estimator.tick(StraightDrive::at(2.09), {});
+  EXPECT_EQ(estimate.time_ns, StraightDrive::at(2.09));
+  EXPECT_NEAR(estimate.state.p_world_imu.x(), 8.0 * 2.09, 0.05);
+}
+
+TEST(Estimator, SameCallsGiveTheSameBits) {
+  StraightRun a;
+  StraightRun b;
+  a.start();
+  b.start();
+  const Estimate x = a.run(3.0, true);
+  const Estimate y = b.run(3.0, true);
+  EXPECT_EQ(x.P, y.P);
+  EXPECT_EQ(x.state.R_world_imu, y.state.R_world_imu);
+  EXPECT_EQ(x.state.p_world_imu, y.state.p_world_imu);
+  EXPECT_EQ(x.state.v_world_imu, y.state.v_world_imu);
+}
+
+TEST(Estimator, StandingStopsTheDrift) {
+  StraightRun run;
+  run.drive.speed_mps = 0.0;
+  run.start();
+  run.run(2.0, false);
+  const Estimate estimate = run.run(60.0, false);
+  EXPECT_LT(estimate.state.p_world_imu.norm(), 0.02);
+  EXPECT_LT(std::sqrt(estimate.P(6, 6)), 0.01);
+  EXPECT_LT(std::sqrt(estimate.P(3, 3)), 0.6) << "0.3 m at the start, and no growth as of a drive";
+}
+
+// One node looked at again and again: its error does not average away.
+TEST(Estimator, AReusedNodeIsNotBelievedMoreAndMore) {
+  StraightRun run;
+  run.drive.speed_mps = 0.0;
+  run.start();
+  constexpr double kNodeStd_m = 0.1;
+  Estimate estimate;
+  for (int i = 0; i < 300; ++i) {
+    const double t = 0.01 * i;
+    const ImuSample imu = StraightDrive::imu(t);
+    const SpeedSample speed = run.drive.speed(t);
+    run.inputs.imu = {&imu, 1};
+    run.inputs.speed = {&speed, 1};
+    const MapMatchSet* set = &run.matches;
+    if (i % 10 == 9) {
+      run.drive.matches(t, 200, run.matches);
+      run.matches.nodes[0].covariance.diagonal().tail<3>().setConstant(kNodeStd_m * kNodeStd_m);
+      run.inputs.matches = {&set, 1};
+    }
+    estimate = run.estimator.tick(StraightDrive::at(t), run.inputs);
+    run.inputs = {};
+  }
+  EXPECT_GT(estimate.counters.map_accepted, 20U);
+  for (int i = 3; i < 6; ++i) {
+    EXPECT_GT(std::sqrt(estimate.P(i, i)), 0.8 * kNodeStd_m);
+  }
+}
+
+}  // namespace
+}  // namespace topoloc::estimation
