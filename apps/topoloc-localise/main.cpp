@@ -104,6 +104,9 @@ nlohmann::json summary(const topoloc::drive::Drive& drive, const localiser::Batc
   if (c.speed_gate_rejected > 0) {
     rejected["speed_innovation_too_large"] = c.speed_gate_rejected;
   }
+  if (c.speed_unused > 0) {
+    rejected["speed_unused"] = c.speed_unused;
+  }
   if (result.frames_undecodable > 0) {
     rejected["frame_undecodable"] = result.frames_undecodable;
   }

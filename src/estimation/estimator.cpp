@@ -31,6 +31,11 @@ Covariance initial_covariance(const InitialUncertainty& u, bool velocity_known) 
   return P;
 }
 
+/// Standard deviation along the longest axis of the error ellipse.
+double largest_std(const Eigen::Matrix2d& P) {
+  return std::sqrt(0.5 * P.trace() + std::hypot(0.5 * (P(0, 0) - P(1, 1)), P(0, 1)));
+}
+
 }  // namespace
 
 const char* name(Mode mode) {
@@ -114,6 +119,7 @@ void Estimator::start_if_ready() {
   x.p_world_imu += x.v_world_imu * seconds(last_imu_->time_ns - initial_pose_->time_ns);
   history_.reset(*last_imu_, x, initial_covariance(config_.initial, config_.use_speed));
   last_fix_ns_ = last_imu_->time_ns;
+  has_fix_ = false;
   travelled_from_ = x.p_world_imu;
   estimate_.since_fix_m = 0.0;
   consecutive_rejections_ = 0;
@@ -121,9 +127,26 @@ void Estimator::start_if_ready() {
   initial_pose_.reset();
 }
 
+// The IMU's clock was set back: what was taken in by the old one says nothing about now.
+void Estimator::forget_time_line() {
+  history_.clear();
+  standstill_ = StandstillDetector(config_.models.standstill);
+  last_imu_.reset();
+  last_speed_.reset();
+  imu_gap_ = false;
+  const Counters counters = estimate_.counters;
+  estimate_ = {};
+  estimate_.counters = counters;
+}
+
 void Estimator::take_imu(const ImuSample& sample) {
   const bool finite =
       sample.specific_force_mps2.allFinite() && sample.angular_rate_radps.allFinite();
+  // One sample out of order must not stop a filter that runs: it takes a pose of the new time line.
+  if (finite && last_imu_ && sample.time_ns < last_imu_->time_ns &&
+      (history_.empty() || (initial_pose_ && initial_pose_->time_ns <= sample.time_ns))) {
+    forget_time_line();
+  }
   if (finite && last_imu_ && sample.time_ns > last_imu_->time_ns) {
     imu_gap_ = seconds(sample.time_ns - last_imu_->time_ns) > config_.health.max_imu_gap_s;
     estimate_.counters.imu_gaps += imu_gap_ ? 1 : 0;
@@ -145,12 +168,14 @@ void Estimator::take_imu(const ImuSample& sample) {
     standstill_.add_imu(sample);
     last_imu_ = sample;
     read_reports();
+    doubt_velocity_if_due();
     start_if_ready();  // a new initial pose restarts the filter once its time has come
   }
 }
 
 void Estimator::take_speed(const SpeedSample& sample) {
   if (!config_.use_speed) {
+    ++estimate_.counters.speed_unused;
     return;
   }
   const bool later =
@@ -181,26 +206,36 @@ void Estimator::take_matches(const MapMatchSet& set) {
   }
   scratch_.assign(set);
   inflate_for_reuse(scratch_);
-  count(estimate_.counters.matches, history_.add_matches(scratch_));
+  const InsertVerdict verdict = history_.add_matches(scratch_);
+  count(estimate_.counters.matches, verdict);
+  if (verdict == InsertVerdict::kInserted) {
+    count_uses(set);
+  }
   read_reports();
 }
 
 // A node's pose error is the same each time the node is used, so it must not average away: the k-th
 // use gets k (k + 1) times the covariance. Since the sum over k of 1 / (k (k + 1)) is 1, all uses
 // together bring no more information than one look at a node of the stated covariance.
-void Estimator::inflate_for_reuse(MapMatchSet& set) {
+void Estimator::inflate_for_reuse(MapMatchSet& set) const {
   for (int i = 0; i < set.node_count; ++i) {
     MatchedNode& node = set.nodes[static_cast<std::size_t>(i)];
-    auto use = std::find_if(node_uses_.begin(), node_uses_.end(), [&](const NodeUse& u) {
-      return u.uses > 0 && u.node_id == node.node_id;
-    });
+    const auto* use = std::ranges::find(node_uses_, node.node_id, &NodeUse::node_id);
+    const int uses = use != node_uses_.end() ? use->uses : 0;
+    node.covariance *= static_cast<double>(uses + 1) * (uses + 2);
+  }
+}
+
+void Estimator::count_uses(const MapMatchSet& set) {
+  for (int i = 0; i < set.node_count; ++i) {
+    const std::uint32_t id = set.nodes[static_cast<std::size_t>(i)].node_id;
+    auto* use = std::ranges::find(node_uses_, id, &NodeUse::node_id);
     if (use == node_uses_.end()) {
-      use = node_uses_.begin() + static_cast<std::ptrdiff_t>(next_node_use_);
+      use = &node_uses_[next_node_use_];
       next_node_use_ = (next_node_use_ + 1) % node_uses_.size();
-      *use = {.node_id = node.node_id, .uses = 0};
+      *use = {.node_id = id, .uses = 0};
     }
     use->uses = std::min(use->uses + 1, 1000);
-    node.covariance *= static_cast<double>(use->uses) * (use->uses + 1);
   }
 }
 
@@ -216,6 +251,7 @@ void Estimator::read_reports() {
       ++estimate_.counters.map_accepted;
       consecutive_rejections_ = 0;
       last_fix_ns_ = std::max(last_fix_ns_, report.frame_time_ns);
+      has_fix_ = true;
       estimate_.since_fix_m = 0.0;
       estimate_.last_jump_m = report.jump_m;
       continue;
@@ -225,13 +261,27 @@ void Estimator::read_reports() {
                              report.result.verdict == MapVerdict::kInnovationTooLarge;
     consecutive_rejections_ += contradicts ? 1 : 0;
     if (consecutive_rejections_ >= health.rejections_before_doubt) {
-      history_.add_pose_uncertainty(report.frame_time_ns, health.doubt_attitude_rad,
-                                    health.doubt_position_m);
+      history_.add_uncertainty(report.frame_time_ns, {.theta_rad = health.doubt_attitude_rad,
+                                                      .p_m = health.doubt_position_m});
       ++estimate_.counters.doubts;
       consecutive_rejections_ = 0;
     }
   }
   history_.clear_reports();
+}
+
+// A gate that refuses every speed would keep a wrong velocity for good. While the map holds the
+// velocity it is rather the wheels that are wrong.
+void Estimator::doubt_velocity_if_due() {
+  const HealthConfig& health = config_.health;
+  const std::int64_t now_ns = history_.newest_time_ns();
+  const auto since_ns = history_.speeds_rejected_since_ns();
+  if (!since_ns || seconds(now_ns - *since_ns) < health.speed_doubt_after_s ||
+      (has_fix_ && seconds(now_ns - last_fix_ns_) <= health.fix_timeout_s)) {
+    return;
+  }
+  history_.add_uncertainty(now_ns, {.v_mps = health.doubt_velocity_mps});
+  ++estimate_.counters.doubts;
 }
 
 void Estimator::judge(std::int64_t now_ns) {
@@ -240,6 +290,8 @@ void Estimator::judge(std::int64_t now_ns) {
     estimate_.mode = Mode::kUninitialised;
     return;
   }
+  const bool imu_is_of_now =
+      std::abs(seconds(now_ns - last_imu_->time_ns)) <= config_.health.max_imu_gap_s;
   // The state is never older than its newest event: a `now` before it must not date it back.
   now_ns = std::max(now_ns, history_.newest_time_ns());
   estimate_.time_ns = now_ns;
@@ -254,19 +306,18 @@ void Estimator::judge(std::int64_t now_ns) {
   const auto raise = [&reasons](bool condition, std::uint32_t bit) {
     reasons |= condition ? bit : 0U;
   };
-  const double horizontal_std_m =
-      std::sqrt(std::max(estimate_.P(kP, kP), estimate_.P(kP + 1, kP + 1)));
-  raise(seconds(now_ns - last_imu_->time_ns) > health.max_imu_gap_s, reason::kNoImu);
+  const double horizontal_std_m = largest_std(estimate_.P.block<2, 2>(kP, kP));
+  raise(!imu_is_of_now, reason::kNoImu);
   raise(imu_gap_, reason::kImuGap);
   raise(config_.use_speed && seconds(now_ns - last_speed_->time_ns) > health.speed_timeout_s,
         reason::kNoSpeed);
-  raise(estimate_.since_fix_s > health.fix_timeout_s, reason::kNoMapFix);
+  raise(!has_fix_ || estimate_.since_fix_s > health.fix_timeout_s, reason::kNoMapFix);
   raise(consecutive_rejections_ > 0, reason::kMapContradicts);
   raise(!(horizontal_std_m <= health.lost_position_std_m), reason::kUncertain);
   estimate_.reasons = reasons;
   if ((reasons & reason::kUncertain) != 0U) {
     estimate_.mode = Mode::kLost;
-  } else if ((reasons & reason::kNoMapFix) != 0U) {
+  } else if ((reasons & (reason::kNoMapFix | reason::kNoImu)) != 0U) {
     estimate_.mode = Mode::kDeadReckoning;
   } else {
     estimate_.mode = Mode::kTracking;

@@ -59,6 +59,7 @@ void FusionHistory::reset(const ImuSample& imu, const NominalState& x, const Cov
   first_ = 0;
   size_ = 1;
   pending_.clear();
+  speeds_rejected_since_ns_.reset();
   free_map_slots_.clear();
   for (int slot = 0; slot < config_.map_capacity; ++slot) {
     free_map_slots_.push_back(slot);
@@ -115,12 +116,13 @@ InsertVerdict FusionHistory::add_speed(const SpeedSample& sample, bool standing)
                       .speed_mps = sample.speed_mps});
 }
 
-InsertVerdict FusionHistory::add_pose_uncertainty(std::int64_t time_ns, double theta_std_rad,
-                                                  double p_std_m) {
-  return insert(Event{.time_ns = time_ns,
-                      .kind = Kind::kPoseUncertainty,
-                      .theta_std_rad = theta_std_rad,
-                      .p_std_m = p_std_m});
+InsertVerdict FusionHistory::add_uncertainty(std::int64_t time_ns, const AddedUncertainty& added) {
+  const InsertVerdict verdict =
+      insert(Event{.time_ns = time_ns, .kind = Kind::kUncertainty, .added = added});
+  if (verdict == InsertVerdict::kInserted) {
+    speeds_rejected_since_ns_.reset();
+  }
+  return verdict;
 }
 
 InsertVerdict FusionHistory::add_matches(const MapMatchSet& set) {
@@ -325,9 +327,10 @@ void FusionHistory::apply(Event& e, NominalState& x, Covariance& P) {
                     models_.standstill.chi2_gate, x, P)
                     .verdict;
       break;
-    case Kind::kPoseUncertainty:
-      P.diagonal().segment<3>(kTheta).array() += e.theta_std_rad * e.theta_std_rad;
-      P.diagonal().segment<3>(kP).array() += e.p_std_m * e.p_std_m;
+    case Kind::kUncertainty:
+      P.diagonal().segment<3>(kTheta).array() += e.added.theta_rad * e.added.theta_rad;
+      P.diagonal().segment<3>(kP).array() += e.added.p_m * e.added.p_m;
+      P.diagonal().segment<3>(kV).array() += e.added.v_mps * e.added.v_mps;
       break;
     case Kind::kMap: {
       const Eigen::Vector3d p_before = x.p_world_imu;
@@ -339,10 +342,21 @@ void FusionHistory::apply(Event& e, NominalState& x, Covariance& P) {
       break;
     }
   }
-  if (!e.told && verdict != VectorVerdict::kAccepted) {
-    ++speeds_rejected_;
+  if (!e.told && rank(e.kind) == rank(Kind::kSpeed)) {
+    note_speed(e, verdict == VectorVerdict::kAccepted);
   }
   e.told = true;
+}
+
+void FusionHistory::note_speed(const Event& e, bool accepted) {
+  if (accepted) {
+    speeds_rejected_since_ns_.reset();
+    return;
+  }
+  ++speeds_rejected_;
+  if (!speeds_rejected_since_ns_) {
+    speeds_rejected_since_ns_ = e.time_ns;
+  }
 }
 
 void FusionHistory::make_report(const Event& e, double jump_m, const MapUpdateResult& result) {

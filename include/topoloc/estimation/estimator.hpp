@@ -32,6 +32,8 @@ struct HealthConfig {
   int rejections_before_doubt = 5;   ///< so many frames in a row contradict the prediction:
   double doubt_position_m = 1.0;     ///< the pose is given this much more uncertainty
   double doubt_attitude_rad = 0.03;
+  double speed_doubt_after_s = 2.0;  ///< every speed contradicts for so long, and no map fix:
+  double doubt_velocity_mps = 3.0;   ///< the velocity is given this much more uncertainty
 };
 
 struct EstimatorConfig {
@@ -57,23 +59,25 @@ struct TickInputs {
   std::span<const ImuSample> imu;
   std::span<const SpeedSample> speed;
   std::span<const MapMatchSet* const> matches;
-  std::optional<InitialPose> initial_pose;  ///< (re)starts the filter
+  /// (Re)starts the filter, also on another time line: after the IMU's clock has gone back, data is
+  /// refused until a pose is given on the new one.
+  std::optional<InitialPose> initial_pose;
 };
 
 enum class Mode : std::uint8_t {
   kUninitialised,  ///< waits for an initial pose, inertial data and a wheel speed
   kTracking,       ///< recent map fix
-  kDeadReckoning,  ///< no accepted map fix for fix_timeout_s
+  kDeadReckoning,  ///< no accepted map fix yet, or for fix_timeout_s, or no inertial data of now
   kLost,           ///< horizontal uncertainty above lost_position_std_m
 };
 const char* name(Mode mode);
 
 /// Why the mode is not better; bits of Estimate::reasons.
 namespace reason {
-inline constexpr std::uint32_t kNoImu = 1U << 0;           ///< no IMU sample within max_imu_gap_s
-inline constexpr std::uint32_t kImuGap = 1U << 1;          ///< last step between samples too long
-inline constexpr std::uint32_t kNoSpeed = 1U << 2;         ///< no wheel speed in speed_timeout_s
-inline constexpr std::uint32_t kNoMapFix = 1U << 3;        ///< none accepted in fix_timeout_s
+inline constexpr std::uint32_t kNoImu = 1U << 0;    ///< the last one is max_imu_gap_s away from now
+inline constexpr std::uint32_t kImuGap = 1U << 1;   ///< last step between samples too long
+inline constexpr std::uint32_t kNoSpeed = 1U << 2;  ///< no wheel speed in speed_timeout_s
+inline constexpr std::uint32_t kNoMapFix = 1U << 3;  ///< none accepted yet, or in fix_timeout_s
 inline constexpr std::uint32_t kMapContradicts = 1U << 4;  ///< the last match sets were rejected
 inline constexpr std::uint32_t kUncertain = 1U << 5;       ///< above lost_position_std_m
 }  // namespace reason
@@ -85,11 +89,12 @@ struct Counters {
   std::array<std::uint64_t, kInsertVerdictCount> matches{};
   std::uint64_t before_start = 0;           ///< data that came before the filter had started
   std::uint64_t initial_pose_rejected = 0;  ///< not finite, or not a rotation
+  std::uint64_t speed_unused = 0;           ///< speeds that came while use_speed is off
   std::uint64_t speed_gate_rejected = 0;
   std::uint64_t map_accepted = 0;
   std::uint64_t map_rejected = 0;
   std::uint64_t imu_gaps = 0;
-  std::uint64_t doubts = 0;  ///< times the pose was given more uncertainty
+  std::uint64_t doubts = 0;  ///< times the pose or the velocity was given more uncertainty
 };
 
 /// State of now, with what is needed to judge it.
@@ -99,7 +104,7 @@ struct Estimate {
   std::uint32_t reasons = 0;
   NominalState state;
   Covariance P = Covariance::Zero();
-  double since_fix_s = 0.0;  ///< age of the last accepted map fix (frame time)
+  double since_fix_s = 0.0;  ///< age of the last accepted map fix (frame time), or of the start
   double since_fix_m = 0.0;  ///< way travelled since
   double last_jump_m = 0.0;  ///< position step of the last accepted map fix
   Counters counters;
@@ -122,11 +127,14 @@ class Estimator {
  private:
   void take_initial_pose(const InitialPose& pose);
   void start_if_ready();
+  void forget_time_line();
   void take_imu(const ImuSample& sample);
   void take_speed(const SpeedSample& sample);
   void take_matches(const MapMatchSet& set);
-  void inflate_for_reuse(MapMatchSet& set);
+  void inflate_for_reuse(MapMatchSet& set) const;
+  void count_uses(const MapMatchSet& set);
   void read_reports();
+  void doubt_velocity_if_due();
   void judge(std::int64_t now_ns);
 
   EstimatorConfig config_;
@@ -141,12 +149,13 @@ class Estimator {
   MapMatchSet scratch_;  ///< match set with reuse taken into account
   /// How often the nodes used lately were used.
   struct NodeUse {
-    std::uint32_t node_id = 0;
+    std::optional<std::uint32_t> node_id;
     int uses = 0;
   };
   std::array<NodeUse, 16> node_uses_{};
   std::size_t next_node_use_ = 0;
-  std::int64_t last_fix_ns_ = 0;
+  std::int64_t last_fix_ns_ = 0;  ///< of the start, if !has_fix_
+  bool has_fix_ = false;
   Eigen::Vector3d travelled_from_ = Eigen::Vector3d::Zero();
   bool imu_gap_ = false;
   int consecutive_rejections_ = 0;

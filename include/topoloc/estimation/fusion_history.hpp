@@ -42,6 +42,13 @@ enum class InsertVerdict {
 inline constexpr int kInsertVerdictCount = 7;
 const char* name(InsertVerdict verdict);
 
+/// Independent uncertainty to be added to parts of the state (one standard deviation per axis).
+struct AddedUncertainty {
+  double theta_rad = 0.0;
+  double p_m = 0.0;
+  double v_mps = 0.0;
+};
+
 /// Outcome of one match set, told once, when it was first applied.
 struct MapUpdateReport {
   std::int64_t frame_time_ns = 0;
@@ -69,13 +76,15 @@ class FusionHistory {
 
   /// Forgets everything and starts from a state at the time of an IMU sample.
   void reset(const ImuSample& imu, const NominalState& x, const Covariance& P);
+  /// Forgets everything: empty until the next reset().
+  void clear() { size_ = 0; }
 
   InsertVerdict add_imu(const ImuSample& sample);
   /// `standing`: apply the zero-velocity measurement instead of the speed.
   InsertVerdict add_speed(const SpeedSample& sample, bool standing);
   InsertVerdict add_matches(const MapMatchSet& set);
-  /// Adds independent uncertainty to the pose just before the match set of that time is applied.
-  InsertVerdict add_pose_uncertainty(std::int64_t time_ns, double theta_std_rad, double p_std_m);
+  /// Adds uncertainty after the speed and before the match set of that time is applied.
+  InsertVerdict add_uncertainty(std::int64_t time_ns, const AddedUncertainty& added);
 
   [[nodiscard]] bool empty() const { return size_ == 0; }
   [[nodiscard]] int size() const { return size_; }
@@ -99,18 +108,22 @@ class FusionHistory {
 
   /// Speeds whose innovation failed its gate (wheel slip, or a wrong velocity), counted once each.
   [[nodiscard]] std::uint64_t speeds_rejected() const { return speeds_rejected_; }
+  /// Time of the first speed that failed its gate since one passed it, or since the last reset or
+  /// added uncertainty.
+  [[nodiscard]] std::optional<std::int64_t> speeds_rejected_since_ns() const {
+    return speeds_rejected_since_ns_;
+  }
 
  private:
   /// Events of one time are applied in this order.
-  enum class Kind : std::uint8_t { kImu, kSpeed, kStandstill, kPoseUncertainty, kMap };
+  enum class Kind : std::uint8_t { kImu, kSpeed, kStandstill, kUncertainty, kMap };
   struct Event {
     std::int64_t time_ns = 0;
     Kind kind = Kind::kImu;
     bool told = false;  ///< its report was made
     int map_slot = -1;
     double speed_mps = 0.0;                                    ///< kSpeed
-    double theta_std_rad = 0.0;                                ///< kPoseUncertainty
-    double p_std_m = 0.0;                                      ///< kPoseUncertainty
+    AddedUncertainty added{};                                  ///< kUncertainty
     Eigen::Vector3d specific_force = Eigen::Vector3d::Zero();  ///< at its time, interpolated
     Eigen::Vector3d angular_rate = Eigen::Vector3d::Zero();
   };
@@ -135,6 +148,7 @@ class FusionHistory {
   void interpolate_inertial(int i);
   void compute_from(int i);
   void apply(Event& e, NominalState& x, Covariance& P);
+  void note_speed(const Event& e, bool accepted);
   void make_report(const Event& e, double jump_m, const MapUpdateResult& result);
   static Event interpolated(const Event& a, const Event& b, std::int64_t time_ns);
   void propagate_between(const Event& from, const Event& to, NominalState& x, Covariance& P) const;
@@ -154,6 +168,7 @@ class FusionHistory {
   std::vector<MapUpdateReport> reports_;
   int report_count_ = 0;
   std::uint64_t speeds_rejected_ = 0;
+  std::optional<std::int64_t> speeds_rejected_since_ns_;
 };
 
 }  // namespace topoloc::estimation

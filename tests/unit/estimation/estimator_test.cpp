@@ -6,8 +6,11 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 namespace topoloc::estimation {
@@ -30,22 +33,26 @@ class StraightRun {
   explicit StraightRun(const EstimatorConfig& c = config()) : estimator(c) {}
 
   void start() {
-    inputs.initial_pose =
-        InitialPose{.time_ns = StraightDrive::at(0.0), .T_world_imu = drive.pose(0.0)};
+    inputs.initial_pose = InitialPose{.time_ns = StraightDrive::at(0.0) + clock_error_ns,
+                                      .T_world_imu = drive.pose(0.0)};
   }
   const Estimate& step(bool frame, const Vector3d& offset_m = Vector3d::Zero()) {
     const double t = 0.01 * tick_count++;
-    const ImuSample imu = StraightDrive::imu(t);
-    const SpeedSample speed = drive.speed(t);
+    ImuSample imu = StraightDrive::imu(t);
+    SpeedSample speed = drive.speed(t);
+    imu.time_ns += clock_error_ns;
+    speed.time_ns += clock_error_ns;
+    speed.speed_mps *= wheel_factor;
     inputs.imu = {&imu, with_imu ? 1U : 0U};
     inputs.speed = {&speed, with_speed ? 1U : 0U};
     const MapMatchSet* set = &matches;
     if (frame && t >= 0.1) {
       drive.matches(t - 0.08, 60, matches, offset_m);
+      matches.frame_time_ns += clock_error_ns;
       matches.nodes[0].node_id = static_cast<std::uint32_t>(tick_count);
       inputs.matches = {&set, 1};
     }
-    const Estimate& estimate = estimator.tick(StraightDrive::at(t), inputs);
+    const Estimate& estimate = estimator.tick(imu.time_ns, inputs);
     inputs = {};
     return estimate;
   }
@@ -64,6 +71,8 @@ class StraightRun {
   TickInputs inputs;
   MapMatchSet matches;
   int tick_count = 0;
+  std::int64_t clock_error_ns = 0;
+  double wheel_factor = 1.0;
   bool with_imu = true;
   bool with_speed = true;
 };
@@ -91,7 +100,8 @@ TEST(Estimator, StartsWithPoseInertialDataAndSpeed) {
   run.inputs.initial_pose =
       InitialPose{.time_ns = StraightDrive::at(0.1), .T_world_imu = run.drive.pose(0.1)};
   const Estimate estimate = run.step(false);
-  EXPECT_EQ(estimate.mode, Mode::kTracking);
+  EXPECT_EQ(estimate.mode, Mode::kDeadReckoning) << "nothing of the map has been seen yet";
+  EXPECT_EQ(estimate.reasons, reason::kNoMapFix);
   EXPECT_NEAR(estimate.state.p_world_imu.x(), 0.8, 1e-9);
   EXPECT_NEAR(estimate.state.v_world_imu.x(), 8.0, 1e-9);
 }
@@ -112,7 +122,7 @@ TEST(Estimator, DoesNotStartBeforeThePosesTime) {
   run.inputs.initial_pose =
       InitialPose{.time_ns = StraightDrive::at(0.5), .T_world_imu = run.drive.pose(0.5)};
   EXPECT_EQ(run.run(0.5, false).mode, Mode::kUninitialised);
-  EXPECT_EQ(run.step(false).mode, Mode::kTracking);
+  EXPECT_EQ(run.step(false).mode, Mode::kDeadReckoning);
 }
 
 TEST(Estimator, RefusesAnInitialPoseThatIsNone) {
@@ -286,7 +296,7 @@ TEST(Estimator, RestartsAtANewInitialPose) {
   run.inputs.initial_pose =
       InitialPose{.time_ns = StraightDrive::at(1.0), .T_world_imu = elsewhere};
   const Estimate estimate = run.step(false);
-  EXPECT_EQ(estimate.mode, Mode::kTracking);
+  EXPECT_EQ(estimate.mode, Mode::kDeadReckoning) << "the new place needs a fix of its own";
   EXPECT_NEAR(estimate.state.p_world_imu.y(), 100.0, 1e-6);
   EXPECT_NEAR(std::sqrt(estimate.P(4, 4)), 0.3, 0.01);
 }
@@ -302,6 +312,104 @@ TEST(Estimator, KeepsRunningUntilTheNewPosesTime) {
   EXPECT_EQ(estimate.mode, Mode::kTracking);
   EXPECT_EQ(estimate.reasons, 0U);
   EXPECT_NEAR(estimate.state.p_world_imu.x(), 8.0 * 1.99, 0.05);
+}
+
+// The computer's clock was wrong by a day at first, then set: until a pose is given on the new time
+// line everything is refused and counted, then the drive goes on.
+TEST(Estimator, RestartsOnANewTimeLineWhenTheClockGoesBack) {
+  StraightRun run;
+  run.clock_error_ns = 86'400'000'000'000;
+  run.start();
+  EXPECT_EQ(run.run(1.0, true).mode, Mode::kTracking);
+  run.clock_error_ns = 0;
+  Estimate estimate = run.run(1.0, true);
+  EXPECT_EQ(estimate.mode, Mode::kDeadReckoning);
+  EXPECT_EQ(estimate.reasons & reason::kNoImu, reason::kNoImu);
+  EXPECT_EQ(count(estimate.counters.imu, InsertVerdict::kNotMonotonic), 100U);
+  EXPECT_EQ(count(estimate.counters.speed, InsertVerdict::kTooOld), 100U);
+  run.inputs.initial_pose =
+      InitialPose{.time_ns = StraightDrive::at(2.0), .T_world_imu = run.drive.pose(2.0)};
+  run.step(false);
+  estimate = run.run(2.0, true);
+  EXPECT_EQ(estimate.mode, Mode::kTracking);
+  EXPECT_EQ(estimate.reasons, 0U);
+  EXPECT_NEAR(estimate.state.p_world_imu.x(), 8.0 * 4.0, 0.1);
+}
+
+TEST(Estimator, ASampleOutOfOrderDoesNotStopARunningFilter) {
+  StraightRun run;
+  run.start();
+  run.run(1.0, true);
+  const ImuSample late = StraightDrive::imu(0.905);
+  for (const double pose_time_s : {-1.0, 2.0}) {
+    TickInputs inputs{.imu = {&late, 1}, .speed = {}, .matches = {}, .initial_pose = {}};
+    if (pose_time_s > 1.0) {
+      inputs.initial_pose = InitialPose{.time_ns = StraightDrive::at(pose_time_s),
+                                        .T_world_imu = run.drive.pose(pose_time_s)};
+    }
+    const Estimate& estimate = run.estimator.tick(StraightDrive::at(1.0), inputs);
+    EXPECT_EQ(estimate.mode, Mode::kTracking);
+    EXPECT_NEAR(estimate.state.p_world_imu.x(), 8.0, 0.05);
+  }
+}
+
+// Started with a speed of zero while it drove at 8 m/s: the speed gate refuses every true speed.
+TEST(Estimator, AWrongVelocityIsDoubtedWhenEverySpeedContradicts) {
+  EstimatorConfig c = config();
+  c.initial.velocity_mps = 0.1;
+  StraightRun run(c);
+  run.drive.speed_mps = 0.0;
+  run.start();
+  run.step(false);
+  run.drive.speed_mps = 8.0;
+  Estimate estimate = run.run(1.0, false);
+  EXPECT_EQ(estimate.counters.doubts, 0U);
+  EXPECT_NEAR(estimate.state.v_world_imu.x(), 0.0, 0.1);
+  EXPECT_EQ(estimate.counters.speed_gate_rejected, 100U);
+  estimate = run.run(2.0, false);
+  EXPECT_EQ(estimate.counters.doubts, 1U);
+  EXPECT_NEAR(estimate.state.v_world_imu.x(), 8.0, 0.1);
+}
+
+// The map holds the velocity: it is the wheels that are wrong.
+TEST(Estimator, SlippingWheelsAreNotBelievedWhileTheMapIsSeen) {
+  StraightRun run;
+  run.start();
+  run.run(2.0, true);
+  run.wheel_factor = 2.0;
+  const Estimate estimate = run.run(5.0, true);
+  EXPECT_EQ(estimate.counters.doubts, 0U);
+  EXPECT_GT(estimate.counters.speed_gate_rejected, 450U);
+  EXPECT_NEAR(estimate.state.v_world_imu.x(), 8.0, 0.2);
+}
+
+TEST(Estimator, CountsSpeedsThatItWasToldNotToUse) {
+  EstimatorConfig c = config();
+  c.use_speed = false;
+  StraightRun run(c);
+  run.start();
+  EXPECT_EQ(run.run(0.5, false).counters.speed_unused, 50U);
+}
+
+// Uncertain along the diagonal: each axis alone looks better than the vehicle's place is known.
+TEST(Estimator, IsLostByTheLongestAxisOfTheErrorEllipse) {
+  EstimatorConfig c = config();
+  const auto drive_diagonally = [&c] {
+    StraightRun run(c);
+    run.start();
+    run.inputs.initial_pose->T_world_imu.R =
+        Eigen::AngleAxisd(std::numbers::pi / 4.0, Vector3d::UnitZ()).toRotationMatrix();
+    return run.run(20.0, false);
+  };
+  const Estimate estimate = drive_diagonally();
+  const Eigen::Matrix2d P = estimate.P.block<2, 2>(error_index::kP, error_index::kP);
+  ASSERT_GT(P(0, 1) * P(0, 1), 0.01 * P(0, 0) * P(1, 1)) << "the axes must be correlated";
+  const double longest =
+      std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(P).eigenvalues()[1]);
+  c.health.lost_position_std_m = 0.999 * longest;
+  EXPECT_EQ(drive_diagonally().mode, Mode::kLost);
+  c.health.lost_position_std_m = 1.001 * longest;
+  EXPECT_EQ(drive_diagonally().mode, Mode::kDeadReckoning);
 }
 
 // A known defect of others: a "valid" pose with time stamp zero, or of before its data.
@@ -375,6 +483,29 @@ TEST(Estimator, AReusedNodeIsNotBelievedMoreAndMore) {
   for (int i = 3; i < 6; ++i) {
     EXPECT_GT(std::sqrt(estimate.P(i, i)), 0.8 * kNodeStd_m);
   }
+}
+
+TEST(Estimator, MatchSetsThatWereRefusedDoNotCountAsUsesOfTheirNode) {
+  const auto std_after_fix = [](int refused) {
+    StraightRun run;
+    run.start();
+    run.run(1.0, false);
+    run.drive.matches(0.9, 60, run.matches);
+    run.matches.nodes[0].covariance.diagonal().tail<3>().setConstant(0.01);
+    const MapMatchSet* set = &run.matches;
+    TickInputs inputs{.imu = {}, .speed = {}, .matches = {&set, 1}, .initial_pose = {}};
+    run.matches.frame_time_ns -= 10'000'000'000;
+    for (int i = 0; i < refused; ++i) {
+      run.estimator.tick(StraightDrive::at(1.0), inputs);
+    }
+    run.matches.frame_time_ns += 10'000'000'000;
+    const Estimate& estimate = run.estimator.tick(StraightDrive::at(1.0), inputs);
+    EXPECT_EQ(count(estimate.counters.matches, InsertVerdict::kTooOld),
+              static_cast<std::uint64_t>(refused));
+    EXPECT_EQ(estimate.counters.map_accepted, 1U);
+    return std::sqrt(estimate.P(error_index::kP, error_index::kP));
+  };
+  EXPECT_EQ(std_after_fix(0), std_after_fix(5));
 }
 
 }  // namespace

@@ -178,7 +178,7 @@ TEST(FusionHistory, StateInsideAnIntervalIsTheOneAnEventThereWouldSee) {
   const auto before = history.state_at(t, P_before);
   ASSERT_TRUE(before);
   // an event that changes nothing
-  ASSERT_EQ(history.add_pose_uncertainty(t, 0.0, 0.0), InsertVerdict::kInserted);
+  ASSERT_EQ(history.add_uncertainty(t, {}), InsertVerdict::kInserted);
   Covariance P_after;
   const auto after = history.state_at(t, P_after);
   EXPECT_LT(boxminus(*before, *after).norm(), 1e-14);
@@ -213,7 +213,7 @@ TEST(FusionHistory, EventsOlderThanTheRingAreRefused) {
   EXPECT_EQ(history.add_speed({.time_ns = kStart_ns + 1900 * kMs, .speed_mps = 8.0}, false),
             InsertVerdict::kTooOld);
   EXPECT_EQ(history.add_matches(matches_at(kStart_ns + 1900 * kMs, 1)), InsertVerdict::kTooOld);
-  EXPECT_EQ(history.add_pose_uncertainty(kStart_ns, 0.1, 0.1), InsertVerdict::kTooOld);
+  EXPECT_EQ(history.add_uncertainty(kStart_ns, {.p_m = 0.1}), InsertVerdict::kTooOld);
   EXPECT_EQ(history.add_speed({.time_ns = kStart_ns + 2001 * kMs, .speed_mps = 8.0}, false),
             InsertVerdict::kInserted)
       << "0.999 s late";
