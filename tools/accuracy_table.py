@@ -128,9 +128,22 @@ class Table:
         path = self.work / f"map_{abs(hash_text(key)):016x}.tmap"
         if not path.exists():
             folder = self.variant(Row("", matching=offline), 0.0)
-            run(self.bins / "topoloc-map", "build", "--drive", folder, "--cloud", self.cloud,
-                "--trajectory", self.trajectory, "--every-metres", str(row.spacing_m),
-                "--frames", "even", "--out", path)
+            run(
+                self.bins / "topoloc-map",
+                "build",
+                "--drive",
+                folder,
+                "--cloud",
+                self.cloud,
+                "--trajectory",
+                self.trajectory,
+                "--every-metres",
+                str(row.spacing_m),
+                "--frames",
+                "even",
+                "--out",
+                path,
+            )
         return path
 
     def figures(self, row: Row) -> dict[str, float]:
@@ -138,25 +151,46 @@ class Table:
         name = hash_text(json.dumps([row.label]))
         estimate = self.work / f"est_{abs(name):016x}.tum"
         command: list[str | Path] = [
-            self.bins / "topoloc-localise", "--drive", folder, "--out", estimate,
-            "--frames", "odd", "--initial-pose", disturbed(read_tum(self.reference)[0, 1:8]),
-            "--json", estimate.with_suffix(".json"), *row.localise,
+            self.bins / "topoloc-localise",
+            "--drive",
+            folder,
+            "--out",
+            estimate,
+            "--frames",
+            "odd",
+            "--initial-pose",
+            disturbed(read_tum(self.reference)[0, 1:8]),
+            "--json",
+            estimate.with_suffix(".json"),
+            *row.localise,
         ]
         if "--dead-reckoning" in row.localise:
             command[command.index("--initial-pose") + 1] = " ".join(
-                f"{v:.9f}" for v in read_tum(self.reference)[0, 1:8])
+                f"{v:.9f}" for v in read_tum(self.reference)[0, 1:8]
+            )
         else:
             command += ["--map", self.map_of(row)]
         run(*command)
         figures: dict[str, float] = self.evaluate(estimate)
         figures["frame_ms"] = json.loads(estimate.with_suffix(".json").read_text())[
-            "median_frame_ms"]
+            "median_frame_ms"
+        ]
         return figures
 
     def evaluate(self, estimate: Path) -> dict[str, float]:
         out: dict[str, float] = json.loads(
-            run(self.bins / "topoloc-evaluate", "--reference", self.reference, "--estimate",
-                estimate, "--from-seconds", FROM_SECONDS, "--json", "-"))
+            run(
+                self.bins / "topoloc-evaluate",
+                "--reference",
+                self.reference,
+                "--estimate",
+                estimate,
+                "--from-seconds",
+                FROM_SECONDS,
+                "--json",
+                "-",
+            )
+        )
         return out
 
     def nearest_node(self, row: Row) -> dict[str, float]:
@@ -165,13 +199,17 @@ class Table:
         run(self.bins / "topoloc-map", "inspect", self.map_of(row), "--nodes", nodes_file)
         nodes, truth = read_tum(nodes_file), read_tum(self.reference)
         nearest = np.argmin(
-            np.linalg.norm(truth[:, None, 1:4] - nodes[None, :, 1:4], axis=2), axis=1)
+            np.linalg.norm(truth[:, None, 1:4] - nodes[None, :, 1:4], axis=2), axis=1
+        )
         estimate = self.work / "nearest_node.tum"
-        lines = (self.reference.read_text().splitlines())
+        lines = self.reference.read_text().splitlines()
         stamps = [line.split()[0] for line in lines if line and not line.startswith("#")]
-        estimate.write_text("".join(
-            stamp + " " + " ".join(f"{v:.9f}" for v in nodes[i, 1:8]) + "\n"
-            for stamp, i in zip(stamps, nearest, strict=True)))
+        estimate.write_text(
+            "".join(
+                stamp + " " + " ".join(f"{v:.9f}" for v in nodes[i, 1:8]) + "\n"
+                for stamp, i in zip(stamps, nearest, strict=True)
+            )
+        )
         return self.evaluate(estimate)
 
 
@@ -198,22 +236,32 @@ def markdown(label: str, f: dict[str, float]) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog="Example:\n  tools/accuracy_table.py --drive demo/kitti_0039 "
-        "--cloud ../shared/data/kitti_0039/cloud.laz\n")
+        "--cloud ../shared/data/kitti_0039/cloud.laz\n",
+    )
     parser.add_argument("--drive", type=Path, required=True, help="drive folder with ground truth")
     parser.add_argument("--cloud", type=Path, required=True, help="point cloud of the map")
     parser.add_argument("--trajectory", type=Path, help="poses for the map (default: ground truth)")
     parser.add_argument("--work", type=Path, default=Path("demo/table"), help="where files go")
-    parser.add_argument("--bins", type=Path,
-                        default=Path(os.environ.get("TOPOLOC_BIN", ROOT / "build/release/bin")))
+    parser.add_argument(
+        "--bins", type=Path, default=Path(os.environ.get("TOPOLOC_BIN", ROOT / "build/release/bin"))
+    )
     parser.add_argument("--only", help="rows whose label contains this text")
     parser.add_argument("--json", type=Path, help="also write all figures here")
     args = parser.parse_args()
-    table = Table(args.drive, args.cloud, args.trajectory or args.drive / "ground_truth.tum",
-                  args.work, args.bins)
-    print("| setting | APEt [cm] | APEr [mrad] | max [cm] | lon [cm] | lat [cm] | coverage "
-          "| ms/frame |")
+    table = Table(
+        args.drive,
+        args.cloud,
+        args.trajectory or args.drive / "ground_truth.tum",
+        args.work,
+        args.bins,
+    )
+    print(
+        "| setting | APEt [cm] | APEr [mrad] | max [cm] | lon [cm] | lat [cm] | coverage "
+        "| ms/frame |"
+    )
     print("|---|---|---|---|---|---|---|---|")
     rows = [r for r in ROWS if not args.only or args.only in r.label]
     figures: dict[str, dict[str, float]] = {}

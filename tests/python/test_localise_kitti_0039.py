@@ -27,10 +27,14 @@ pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"{DATA} is not there"
 def table(tmp_path_factory: pytest.TempPathFactory) -> accuracy_table.Table:
     work = tmp_path_factory.mktemp("kitti_0039")
     drive = work / "drive"
-    subprocess.run([ROOT / "tools" / "topoloc-import", "kitti-0039", DATA, "--out", drive],
-                   check=True, capture_output=True)
-    return accuracy_table.Table(drive, DATA / "cloud.laz", drive / "ground_truth.tum",
-                                work / "table", BINS)
+    subprocess.run(
+        [ROOT / "tools" / "topoloc-import", "kitti-0039", DATA, "--out", drive],
+        check=True,
+        capture_output=True,
+    )
+    return accuracy_table.Table(
+        drive, DATA / "cloud.laz", drive / "ground_truth.tum", work / "table", BINS
+    )
 
 
 def row(label: str) -> accuracy_table.Row:

@@ -24,6 +24,7 @@ from topoloc_import.errors import DriveImportError
 from topoloc_import.images import jpeg_frame
 from topoloc_import.kitti_calibration import KittiCalibration
 from topoloc_import.kitti_mounting import KITTI_MOUNTING
+from topoloc_import.kitti_oxts import undo_rate_lag
 from topoloc_import.lcm_log import CameraFrame
 from topoloc_import.progress import progress
 
@@ -37,7 +38,7 @@ def import_kitti_0039(source: Path, folder: Path) -> None:
     calibration = KittiCalibration(source / "calib")
     K, distortion, T_cam_imu = calibration.raw_camera()
     first = jpeg_frame(source / images[0]["file"], int(images[0]["timestamp_ns"]))
-    write_sensors(folder, rows)
+    write_sensors(folder, undo_rate_lag(rows))
     copy_truth(source / "ground_truth.tum", folder / "ground_truth.tum")
     camera = CameraModel(first.width_px, first.height_px, K, distortion.tolist(), T_cam_imu)
     interval_s = float(np.median(np.diff([row.time_ns for row in rows]))) * 1e-9

@@ -24,6 +24,7 @@ from topoloc_import.errors import DriveImportError
 from topoloc_import.images import grey_frame
 from topoloc_import.kitti_calibration import KittiCalibration
 from topoloc_import.kitti_mounting import KITTI_MOUNTING
+from topoloc_import.kitti_oxts import undo_rate_lag
 from topoloc_import.lcm_log import CameraFrame
 from topoloc_import.progress import progress
 from topoloc_import.trajectory import Trajectory, mercator_trajectory, write_tum
@@ -50,7 +51,7 @@ def import_kitti_raw(source: Path, folder: Path, cloud: bool) -> None:
     first = grey_frame(images[0][1], images[0][0])
     K, T_cam_imu = calibration.rectified_camera()
     camera = CameraModel(first.width_px, first.height_px, K, [], T_cam_imu)
-    write_sensors(folder, rows)
+    write_sensors(folder, undo_rate_lag(rows))
     write_tum(folder / "ground_truth.tum", truth)
     interval_s = float(np.median(np.diff(truth.time_ns))) * 1e-9
     write_calibration(folder, camera, imu_rate_hz=1 / interval_s)
