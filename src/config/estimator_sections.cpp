@@ -66,6 +66,7 @@ void read_speed(StrictNode& top, estimation::EstimatorConfig& config) {
   speed.read("std_forward_relative", model.std_forward_relative, {0.0, 1.0});
   speed.read("std_lateral_mps", model.std_lateral_mps, positive_up_to(10.0));
   speed.read("std_vertical_mps", model.std_vertical_mps, positive_up_to(10.0));
+  speed.read("correlation_s", model.correlation_s, positive_up_to(60.0));
   speed.read("dead_band_mps", model.dead_band_mps, {0.0, 5.0});
   speed.read("chi2_gate", model.chi2_gate, positive_up_to(1e6));
   speed.finish();

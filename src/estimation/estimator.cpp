@@ -214,15 +214,14 @@ void Estimator::take_matches(const MapMatchSet& set) {
   read_reports();
 }
 
-// A node's pose error is the same each time the node is used, so it must not average away: the k-th
-// use gets k (k + 1) times the covariance. Since the sum over k of 1 / (k (k + 1)) is 1, all uses
-// together bring no more information than one look at a node of the stated covariance.
+// A node's pose error is the same each time the node is used, so it must not average away as noise
+// does: the k-th use gets k times the covariance, and what k uses bring together grows like log k.
 void Estimator::inflate_for_reuse(MapMatchSet& set) const {
   for (int i = 0; i < set.node_count; ++i) {
     MatchedNode& node = set.nodes[static_cast<std::size_t>(i)];
     const auto* use = std::ranges::find(node_uses_, node.node_id, &NodeUse::node_id);
     const int uses = use != node_uses_.end() ? use->uses : 0;
-    node.covariance *= static_cast<double>(uses + 1) * (uses + 2);
+    node.covariance *= static_cast<double>(uses + 1);
   }
 }
 

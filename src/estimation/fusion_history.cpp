@@ -60,6 +60,7 @@ void FusionHistory::reset(const ImuSample& imu, const NominalState& x, const Cov
   size_ = 1;
   pending_.clear();
   speeds_rejected_since_ns_.reset();
+  dropped_speed_ns_ = 0;
   free_map_slots_.clear();
   for (int slot = 0; slot < config_.map_capacity; ++slot) {
     free_map_slots_.push_back(slot);
@@ -213,6 +214,9 @@ void FusionHistory::append(const Event& e) {
 }
 
 void FusionHistory::drop_oldest() {
+  if (rank(event(0).kind) == rank(Kind::kSpeed)) {
+    dropped_speed_ns_ = event(0).time_ns;
+  }
   first_ = (first_ + 1) % config_.capacity;
   --size_;
   // The new oldest event will not be applied again: the state after it is where going back ends.
@@ -289,8 +293,19 @@ void FusionHistory::compute_from(int start) {
     x = state(i - 1);
     P = covariance(i - 1);
     propagate_between(event(i - 1), e, x, P);
-    apply(e, x, P);
+    apply(i, x, P);
   }
+}
+
+// How much of an independent sample a speed is worth: wheel slip and suspension travel last longer
+// than the time since the speed before.
+double FusionHistory::independent_share(int i) const {
+  int previous = i - 1;
+  while (previous >= 0 && rank(event(previous).kind) != rank(Kind::kSpeed)) {
+    --previous;
+  }
+  const std::int64_t previous_ns = previous >= 0 ? event(previous).time_ns : dropped_speed_ns_;
+  return std::min(1.0, seconds(event(i).time_ns - previous_ns) / models_.speed.correlation_s);
 }
 
 void FusionHistory::propagate_between(const Event& from, const Event& to, NominalState& x,
@@ -305,7 +320,8 @@ void FusionHistory::propagate_between(const Event& from, const Event& to, Nomina
   x = propagate_state(x, u, dt_s);
 }
 
-void FusionHistory::apply(Event& e, NominalState& x, Covariance& P) {
+void FusionHistory::apply(int i, NominalState& x, Covariance& P) {
+  Event& e = event(i);
   VectorVerdict verdict = VectorVerdict::kAccepted;
   switch (e.kind) {
     case Kind::kImu:
@@ -316,7 +332,7 @@ void FusionHistory::apply(Event& e, NominalState& x, Covariance& P) {
                       return linearise_speed(x_k, models_.speed, e.angular_rate, gyro_std_radps_,
                                              e.speed_mps);
                     },
-                    models_.speed.chi2_gate, x, P)
+                    models_.speed.chi2_gate, x, P, independent_share(i))
                     .verdict;
       break;
     case Kind::kStandstill:

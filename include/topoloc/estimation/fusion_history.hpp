@@ -141,13 +141,14 @@ class FusionHistory {
 
   InsertVerdict insert(const Event& e);
   InsertVerdict wait_for_inertial(const Event& e);
+  [[nodiscard]] double independent_share(int i) const;
   void append(const Event& e);
   void drop_oldest();
   void drop_expired();
   int take_map_slot();
   void interpolate_inertial(int i);
   void compute_from(int i);
-  void apply(Event& e, NominalState& x, Covariance& P);
+  void apply(int i, NominalState& x, Covariance& P);
   void note_speed(const Event& e, bool accepted);
   void make_report(const Event& e, double jump_m, const MapUpdateResult& result);
   static Event interpolated(const Event& a, const Event& b, std::int64_t time_ns);
@@ -162,7 +163,8 @@ class FusionHistory {
   std::vector<Event> events_;
   std::vector<NominalState> states_;
   std::vector<Covariance> covariances_;
-  std::vector<Event> pending_;  ///< sorted; capacity reserved
+  std::int64_t dropped_speed_ns_ = 0;  ///< time of the newest speed that was dropped
+  std::vector<Event> pending_;         ///< sorted; capacity reserved
   std::vector<MapMatchSet> map_sets_;
   std::vector<int> free_map_slots_;  ///< capacity reserved
   std::vector<MapUpdateReport> reports_;

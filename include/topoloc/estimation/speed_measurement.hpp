@@ -13,12 +13,14 @@ struct SpeedModel {
   /// Point of the vehicle that moves straight ahead (rear-axle centre), in the IMU frame [m].
   Eigen::Vector3d wheel_reference_imu_m = Eigen::Vector3d::Zero();
   double wheel_scale = 1.0;             ///< true speed = wheel_scale * measured speed
-  double std_forward_mps = 0.1;         ///< of one speed sample
+  double std_forward_mps = 0.1;         ///< of the speed
   double std_forward_relative = 0.005;  ///< plus this share of the speed (tyre radius)
-  double std_lateral_mps = 0.1;         ///< non-holonomic constraint, left
-  double std_vertical_mps = 0.1;        ///< non-holonomic constraint, up
-  double dead_band_mps =
-      0.5;  ///< sensors may read zero below this speed: a slower reading says only that
+  double std_lateral_mps = 0.1;         ///< non-holonomic constraint, left (tyre slip)
+  double std_vertical_mps = 0.1;        ///< non-holonomic constraint, up (suspension)
+  /// These errors last about this long: samples that come faster are not independent.
+  double correlation_s = 1.0;
+  /// Sensors may read zero below this speed: a slower reading says only that.
+  double dead_band_mps = 0.5;
   double chi2_gate = 25.0;  ///< 3 degrees of freedom
 };
 

@@ -34,9 +34,13 @@ struct VectorUpdateResult {
 
 /// Iterated update (L8) with a measurement of few rows, by the innovation form of the gain: the
 /// inverse is Rows x Rows. `linearise` maps a NominalState to VectorLinearisation<Rows>.
+///
+/// `independent_share`, in (0, 1]: how much of an independent sample the measurement is worth,
+/// since its error is correlated with that of the samples before. The gain takes R / share; the
+/// gate asks whether this one sample is believable and takes R.
 template <int Rows, typename Linearise>
 VectorUpdateResult update_with_vector(const Linearise& linearise, double chi2_gate, NominalState& x,
-                                      Covariance& P) {
+                                      Covariance& P, double independent_share = 1.0) {
   constexpr int kMaxIterations = 3;
   constexpr double kConverged = 1e-9;  // squared norm of the step's effect on the state
   const NominalState x_bar = x;
@@ -48,9 +52,9 @@ VectorUpdateResult update_with_vector(const Linearise& linearise, double chi2_ga
     const VectorLinearisation<Rows> m = linearise(x_k);
     const PriorAtIterate prior = prior_at_iterate(x_k, x_bar, P);
     const Eigen::Matrix<double, kErrorDim, Rows> PHt = prior.P * m.H.transpose();
-    const Eigen::Matrix<double, Rows, Rows> S_inverse = (m.H * PHt + m.R).inverse();
+    const Eigen::Matrix<double, Rows, Rows> HPHt = m.H * PHt;
     if (k == 0) {
-      result.test_ratio = m.z.dot(S_inverse * m.z) / chi2_gate;
+      result.test_ratio = m.z.dot((HPHt + m.R).inverse() * m.z) / chi2_gate;
       if (!std::isfinite(result.test_ratio)) {
         result.verdict = VectorVerdict::kNotFinite;
         return result;
@@ -60,7 +64,8 @@ VectorUpdateResult update_with_vector(const Linearise& linearise, double chi2_ga
         return result;
       }
     }
-    const Eigen::Matrix<double, kErrorDim, Rows> K = PHt * S_inverse;
+    const Eigen::Matrix<double, kErrorDim, Rows> K =
+        PHt * (HPHt + m.R / independent_share).inverse();
     // eq_x_tilde: dx = -K z - (I - K H) (J^k)^-1 (x_k boxminus x_bar)
     const ErrorVector dx = -K * (m.z - m.H * prior.offset) - prior.offset;
     x_k = boxplus(x_k, dx);

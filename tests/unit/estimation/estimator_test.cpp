@@ -457,7 +457,8 @@ TEST(Estimator, StandingStopsTheDrift) {
   EXPECT_LT(std::sqrt(estimate.P(3, 3)), 0.6) << "0.3 m at the start, and no growth as of a drive";
 }
 
-// One node looked at again and again: its error does not average away.
+// One node looked at again and again: its error averages away with the logarithm of the looks only,
+// 0.1 m / sqrt(1 + 1/2 + ... + 1/30) = 0.05 m here; as noise it would be 0.018 m.
 TEST(Estimator, AReusedNodeIsNotBelievedMoreAndMore) {
   StraightRun run;
   run.drive.speed_mps = 0.0;
@@ -481,7 +482,7 @@ TEST(Estimator, AReusedNodeIsNotBelievedMoreAndMore) {
   }
   EXPECT_GT(estimate.counters.map_accepted, 20U);
   for (int i = 3; i < 6; ++i) {
-    EXPECT_GT(std::sqrt(estimate.P(i, i)), 0.8 * kNodeStd_m);
+    EXPECT_GT(std::sqrt(estimate.P(i, i)), 0.48 * kNodeStd_m);
   }
 }
 

@@ -126,7 +126,8 @@ void feed(FusionHistory& history, const std::vector<Arrival>& arrivals) {
 TEST(FusionHistory, DelayedEqualsZeroDelay) {
   FusionHistory reference = started();
   feed(reference, drive([](int) { return 0; }));
-  EXPECT_LT(reference.newest_covariance()(3, 3), 0.01) << "the match sets must have been used";
+  EXPECT_LT(reference.newest_covariance()(3, 3), 0.5 * started().newest_covariance()(3, 3))
+      << "the match sets must have been used";
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     Random random(seed);
     FusionHistory delayed = started();
