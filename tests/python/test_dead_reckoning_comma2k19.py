@@ -15,7 +15,7 @@ from topoloc_import.cli import main as import_drive
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA = Path(os.environ.get("TOPOLOC_DATA", ROOT.parent / "shared" / "data")) / "comma2k19_example"
-BIN = Path(os.environ.get("TOPOLOC_BIN_DIR", ROOT / "build/release/bin"))
+BIN = Path(os.environ.get("TOPOLOC_BIN", ROOT / "build/release/bin"))
 CALIBRATION_S = "10"
 
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"{DATA} is not there")

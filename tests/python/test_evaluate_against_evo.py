@@ -18,7 +18,7 @@ sync = pytest.importorskip("evo.core.sync")
 file_interface = pytest.importorskip("evo.tools.file_interface")
 
 ROOT = Path(__file__).resolve().parents[2]
-EVALUATE = Path(os.environ.get("TOPOLOC_BIN_DIR", ROOT / "build/release/bin")) / "topoloc-evaluate"
+EVALUATE = Path(os.environ.get("TOPOLOC_BIN", ROOT / "build/release/bin")) / "topoloc-evaluate"
 
 Array = NDArray[np.float64]
 
