@@ -188,9 +188,9 @@ double chi2_quantile(double dof, double normal_quantile) {
 }
 
 struct Summary {
-  double mean;         ///< over time, divided by the dimension: 1 is consistent
-  double inside;       ///< share of frames within the 95 % bounds
-  double low, high;    ///< the bounds of one frame, divided by the dimension
+  double mean;       ///< over time, divided by the dimension: 1 is consistent
+  double inside;     ///< share of frames within the 95 % bounds
+  double low, high;  ///< the bounds of one frame, divided by the dimension
 };
 
 Summary summarise(const Anees& anees, std::size_t part) {

@@ -81,8 +81,8 @@ TEST_P(PriorIsForgotten, AtMostATenthIsLeftAfterOneUpdate) {
     const double angle = 0.5 * std::numbers::pi * frame_number;
     const Eigen::Vector3d dp =
         truth->R * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0) * kPositionStd_m;
-    const Eigen::Vector3d dtheta(0.0, 0.0, frame_number % 2 == 0 ? kAttitudeStd_rad
-                                                                 : -kAttitudeStd_rad);
+    const Eigen::Vector3d dtheta(0.0, 0.0,
+                                 frame_number % 2 == 0 ? kAttitudeStd_rad : -kAttitudeStd_rad);
     estimation::NominalState from_truth;
     estimation::NominalState from_wrong;
     ASSERT_TRUE(updated(Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), from_truth)) << i;
