@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/mapping/map_builder.hpp"
+
+#include "topoloc/map/maintenance.hpp"
+#include "topoloc/map/map_file.hpp"
+
+#include "unit/mapping/synthetic_drive.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace topoloc::mapping {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+std::string bytes_of(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+class MapBuilderTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    config_.threads = 1;
+    config_.creator = "test";
+    if (!std::filesystem::exists(matching::default_model_dir() / "xfeat_640x384_n512.onnx")) {
+      GTEST_SKIP() << "no models in " << matching::default_model_dir();
+    }
+  }
+  /// Bytes of the map of an uninterrupted build.
+  [[nodiscard]] std::string built(const BuildConfig& config) const {
+    BuildPaths paths = drive_.paths;
+    paths.out += ".uninterrupted";
+    build_map(paths, config);
+    return bytes_of(paths.out);
+  }
+  /// A build that dies after two of its five nodes.
+  void interrupt(const BuildConfig& config) const {
+    const auto die = [](double fraction) {
+      if (fraction > 0.3) {
+        throw std::runtime_error("power cut");
+      }
+    };
+    EXPECT_THAT([&] { build_map(drive_.paths, config, {.cloud = {}, .nodes = die}); },
+                ThrowsMessage<std::runtime_error>(HasSubstr("power cut")));
+    EXPECT_FALSE(std::filesystem::exists(drive_.paths.out));
+    EXPECT_TRUE(std::filesystem::exists(partial()));
+  }
+  [[nodiscard]] std::filesystem::path partial() const {
+    return drive_.paths.out.string() + ".partial";
+  }
+  template <typename Matcher>
+  void expect_complaint(const Matcher& matcher) const {
+    EXPECT_THAT([&] { build_map(drive_.paths, config_); },
+                ThrowsMessage<std::runtime_error>(matcher));
+    EXPECT_FALSE(std::filesystem::exists(drive_.paths.out));
+  }
+
+  SyntheticDrive drive_;
+  BuildConfig config_;
+};
+
+TEST_F(MapBuilderTest, PutsIntactNodesAtTheSpacing) {
+  const BuildReport report = build_map(drive_.paths, config_);
+  EXPECT_EQ(report.frames, 21U);
+  EXPECT_EQ(report.frames_rejected, 0U);
+  EXPECT_EQ(report.nodes_written, 5U);
+  EXPECT_EQ(report.nodes_resumed, 0U);
+  EXPECT_TRUE(report.rejected_nodes.empty());
+  EXPECT_EQ(report.map_bytes, std::filesystem::file_size(drive_.paths.out));
+  EXPECT_FALSE(std::filesystem::exists(partial()));
+
+  EXPECT_TRUE(map::verify(drive_.paths.out).ok());
+  const map::MapFile map(drive_.paths.out);
+  EXPECT_EQ(map.info().creator, "test");
+  EXPECT_EQ(map.info().model.name, "xfeat");
+  ASSERT_EQ(map.node_count(), 5U);
+  for (std::size_t i = 0; i < map.node_count(); ++i) {
+    const auto frame = 5 * static_cast<std::int64_t>(i);
+    EXPECT_EQ(map.node(i).time_ns,
+              (SyntheticDrive::kStart_us + frame * SyntheticDrive::kFrame_us) * 1000);
+    EXPECT_LT((map.T_world_cam(i).p - Eigen::Vector3d(static_cast<double>(frame), 0.0, 0.0)).norm(),
+              1e-6);
+  }
+}
+
+TEST_F(MapBuilderTest, PutsFeaturesOnTheSurfacesOfTheCloud) {
+  build_map(drive_.paths, config_);
+  const map::MapFile map(drive_.paths.out);
+  std::size_t lifted = 0;
+  std::size_t off = 0;
+  for (std::size_t i = 0; i < map.node_count(); ++i) {
+    for (const map::FeatureRecord& feature : map.node(i).features) {
+      if (!(feature.depth_m > 0.0F)) {
+        continue;
+      }
+      const Eigen::Vector3d point =
+          map.T_world_cam(i) * (static_cast<double>(feature.depth_m) *
+                                map.info().camera.ray(feature.pixel_px().cast<double>()));
+      const double distance_m =
+          std::min({std::abs(point.z() - SyntheticDrive::kGround_m),
+                    std::abs(std::abs(point.y()) - SyntheticDrive::kHalfWidth_m),
+                    std::abs(point.x() - SyntheticDrive::kEnd_m)});
+      ++lifted;
+      off += distance_m > 0.05 + 3.0 * static_cast<double>(feature.depth_std_m()) ? 1 : 0;
+    }
+  }
+  EXPECT_GT(lifted, map.node_count() * 100U);
+  EXPECT_LE(off * 100, lifted) << off << " of " << lifted;
+}
+
+TEST_F(MapBuilderTest, NumberOfThreadsDoesNotChangeAByte) {
+  build_map(drive_.paths, config_);
+  config_.threads = 2;
+  const std::string other = built(config_);
+  ASSERT_FALSE(other.empty());
+  EXPECT_TRUE(bytes_of(drive_.paths.out) == other);
+}
+
+TEST_F(MapBuilderTest, GoesOnAfterAnInterruptionToTheSameFile) {
+  interrupt(config_);
+  std::vector<double> fractions;
+  const BuildReport report =
+      build_map(drive_.paths, config_,
+                {.cloud = {}, .nodes = [&](double fraction) { fractions.push_back(fraction); }});
+  EXPECT_EQ(report.nodes_resumed, 2U);
+  EXPECT_EQ(report.nodes_written, 5U);
+  EXPECT_THAT(fractions, ::testing::ElementsAre(0.6, 0.8, 1.0));
+  EXPECT_FALSE(std::filesystem::exists(partial()));
+  EXPECT_TRUE(bytes_of(drive_.paths.out) == built(config_));
+}
+
+TEST_F(MapBuilderTest, DoesNotTakeOverNodesOfOtherSettings) {
+  interrupt(config_);
+  config_.lift.cloud_std_m = 0.06;
+  EXPECT_EQ(build_map(drive_.paths, config_).nodes_resumed, 0U);
+  EXPECT_TRUE(bytes_of(drive_.paths.out) == built(config_));
+}
+
+TEST_F(MapBuilderTest, DoesNotTakeOverNodesOfAnotherCloud) {
+  interrupt(config_);
+  drive_.write_cloud(0.01);
+  EXPECT_EQ(build_map(drive_.paths, config_).nodes_resumed, 0U);
+  EXPECT_TRUE(bytes_of(drive_.paths.out) == built(config_));
+}
+
+TEST_F(MapBuilderTest, LeavesOutFramesThatDoNotMakeANode) {
+  auto images = SyntheticDrive::patchwork_images();
+  const cv::Mat blank(384, 640, CV_8UC1, cv::Scalar(128));
+  images[5] = SyntheticDrive::jpeg(5, blank);
+  images[10].data.resize(images[10].data.size() / 2);  // begins as JPEG, then garbage
+  std::fill(images[10].data.begin() + 2, images[10].data.end(), std::uint8_t{0});
+  images[10].size = static_cast<std::int32_t>(images[10].data.size());
+  drive_.write_images(images);
+  const BuildReport report = build_map(drive_.paths, config_);
+  EXPECT_EQ(report.nodes_written, 3U);
+  ASSERT_EQ(report.rejected_nodes.size(), 2U);
+  EXPECT_EQ(report.rejected_nodes[0].frame, 5U);
+  EXPECT_EQ(report.rejected_nodes[0].reason, NodeReject::kTooFewFeatures);
+  EXPECT_EQ(report.rejected_nodes[1].frame, 10U);
+  EXPECT_EQ(report.rejected_nodes[1].reason, NodeReject::kUndecodableImage);
+  EXPECT_EQ(map::MapFile(drive_.paths.out).node_count(), 3U);
+}
+
+TEST_F(MapBuilderTest, NoGoodNodeIsAnError) {
+  std::vector<image_t> images;
+  for (int frame = 0; frame < SyntheticDrive::kFrames; ++frame) {
+    images.push_back(SyntheticDrive::jpeg(frame, cv::Mat(384, 640, CV_8UC1, cv::Scalar(128))));
+  }
+  drive_.write_images(images);
+  expect_complaint(
+      AllOf(HasSubstr("map.tmap"), HasSubstr("all 5 nodes"), HasSubstr("too_few_features")));
+}
+
+TEST_F(MapBuilderTest, CloudElsewhereIsAnErrorThatNamesBothPlaces) {
+  drive_.write_cloud(1000.0);
+  expect_complaint(AllOf(HasSubstr("cloud.ply"), HasSubstr("lies elsewhere than the drive"),
+                         HasSubstr("Cloud: x 1000.0 to"), HasSubstr("drive: x 0.0 to 20.0")));
+  EXPECT_FALSE(std::filesystem::exists(partial()));
+}
+
+TEST_F(MapBuilderTest, TrajectoryOfAnotherTimeIsAnErrorThatNamesBothTimes) {
+  drive_.write_trajectory(SyntheticDrive::kStart_us + 3'600'000'000);
+  expect_complaint(AllOf(HasSubstr("poses.tum"), HasSubstr("gives no pose to any of the frames"),
+                         HasSubstr("1700003600 to 1700003602"),
+                         HasSubstr("1700000000 to 1700000002")));
+}
+
+TEST_F(MapBuilderTest, NamesTheLineOfAPoseThatIsNotANumber) {
+  std::ofstream(drive_.paths.trajectory) << "1700000000.0 0 0 0 0 0 0 1\n"
+                                         << "1700000001.0 nan 0 0 0 0 0 1\n";
+  expect_complaint(AllOf(HasSubstr("poses.tum:2"), HasSubstr("finite")));
+}
+
+TEST_F(MapBuilderTest, DriveWithoutFramesIsAnError) {
+  drive_.write_images({});
+  expect_complaint(HasSubstr("camera.lcm"));
+  std::filesystem::remove(drive_.paths.drive / "camera.lcm");
+  expect_complaint(HasSubstr("camera.lcm"));
+}
+
+TEST_F(MapBuilderTest, ImagesOfAnotherSizeAreAnError) {
+  drive_.write_images(
+      std::vector{SyntheticDrive::jpeg(0, cv::Mat(32, 64, CV_8UC1, cv::Scalar(128)))});
+  expect_complaint(AllOf(HasSubstr("camera.lcm"), HasSubstr("no usable image")));
+}
+
+TEST_F(MapBuilderTest, CloudWithoutPointsIsAnError) {
+  std::ofstream(drive_.paths.cloud) << "ply\nformat ascii 1.0\nelement vertex 0\n"
+                                       "property float x\nproperty float y\nproperty float z\n"
+                                       "end_header\n";
+  expect_complaint(AllOf(HasSubstr("cloud.ply"), HasSubstr("holds no point")));
+}
+
+TEST_F(MapBuilderTest, SaysBeforeTheWorkThatTheMapCannotBeWritten) {
+  BuildPaths paths = drive_.paths;
+  paths.out = drive_.paths.drive / "nowhere" / "map.tmap";
+  EXPECT_THAT([&] { build_map(paths, config_); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("its folder does not exist")));
+  paths.out = drive_.paths.drive;
+  EXPECT_THAT([&] { build_map(paths, config_); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("is a folder, not a map file")));
+}
+
+}  // namespace
+}  // namespace topoloc::mapping
