@@ -155,9 +155,9 @@ class Estimator {
   std::array<NodeUse, 16> node_uses_{};
   std::size_t next_node_use_ = 0;
   std::int64_t last_fix_ns_ = 0;  ///< of the start, if !has_fix_
-  bool has_fix_ = false;
   Eigen::Vector3d travelled_from_ = Eigen::Vector3d::Zero();
   bool imu_gap_ = false;
+  bool has_fix_ = false;
   int consecutive_rejections_ = 0;
 };
 
