@@ -54,6 +54,9 @@ function(topoloc_app program)
                                                 TOPOLOC_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
 endfunction()
 
+# All unit tests: what the sanitizer builds need.
+add_custom_target(unit_tests)
+
 # topoloc_test(<kind> <module> libs...): tests/<kind>/<module>/*.cpp becomes test <kind>_<module>.
 function(topoloc_test kind module)
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/${kind}/${module}/*.cpp)
@@ -66,6 +69,9 @@ function(topoloc_test kind module)
   target_link_libraries(${target} PRIVATE topoloc_options ${ARGN} GTest::gtest_main GTest::gmock)
   target_compile_definitions(${target} PRIVATE TOPOLOC_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
                                                TOPOLOC_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+  if(kind STREQUAL "unit")
+    add_dependencies(unit_tests ${target})
+  endif()
   add_test(NAME ${target} COMMAND ${target})
   set_tests_properties(${target} PROPERTIES LABELS ${kind} TIMEOUT 900)
 endfunction()

@@ -215,13 +215,14 @@ void Estimator::take_matches(const MapMatchSet& set) {
 }
 
 // A node's pose error is the same each time the node is used, so it must not average away as noise
-// does: the k-th use gets k times the covariance, and what k uses bring together grows like log k.
+// does: the k-th use gets 2 k times the covariance. What k uses bring together then is half the
+// k-th harmonic number: about one look's information for the handful of frames that a node serves.
 void Estimator::inflate_for_reuse(MapMatchSet& set) const {
   for (int i = 0; i < set.node_count; ++i) {
     MatchedNode& node = set.nodes[static_cast<std::size_t>(i)];
     const auto* use = std::ranges::find(node_uses_, node.node_id, &NodeUse::node_id);
     const int uses = use != node_uses_.end() ? use->uses : 0;
-    node.covariance *= static_cast<double>(uses + 1);
+    node.covariance *= 2.0 * (uses + 1);
   }
 }
 

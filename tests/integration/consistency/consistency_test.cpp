@@ -148,8 +148,8 @@ void simulate_run(const LandmarkWorld& world, const Options& options, std::uint6
       }
       if (options.tell_node_covariance) {
         const int use = ++node_uses[node];  // as the estimator inflates a node used again
-        set.nodes[0].covariance.diagonal().tail<3>().setConstant(
-            options.node_std_m * options.node_std_m * use * (use + 1));
+        set.nodes[0].covariance.diagonal().tail<3>().setConstant(options.node_std_m *
+                                                                 options.node_std_m * 2.0 * use);
       }
     }
     update.apply(set, x, P);

@@ -458,7 +458,7 @@ TEST(Estimator, StandingStopsTheDrift) {
 }
 
 // One node looked at again and again: its error averages away with the logarithm of the looks only,
-// 0.1 m / sqrt(1 + 1/2 + ... + 1/30) = 0.05 m here; as noise it would be 0.018 m.
+// to 0.1 m / sqrt((1 + 1/2 + ... + 1/30) / 2) = 0.07 m here; as noise it would be 0.018 m.
 TEST(Estimator, AReusedNodeIsNotBelievedMoreAndMore) {
   StraightRun run;
   run.drive.speed_mps = 0.0;
@@ -482,7 +482,7 @@ TEST(Estimator, AReusedNodeIsNotBelievedMoreAndMore) {
   }
   EXPECT_GT(estimate.counters.map_accepted, 20U);
   for (int i = 3; i < 6; ++i) {
-    EXPECT_GT(std::sqrt(estimate.P(i, i)), 0.48 * kNodeStd_m);
+    EXPECT_GT(std::sqrt(estimate.P(i, i)), 0.68 * kNodeStd_m);
   }
 }
 
