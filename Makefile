@@ -5,7 +5,7 @@
 PRESET ?= release
 
 .DEFAULT_GOAL := help
-.PHONY: help setup build test demo bench format lint
+.PHONY: help setup build test sanitize demo bench format lint
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -19,6 +19,11 @@ build: setup ## Build everything (PRESET=release, debug, asan or tsan)
 
 test: setup ## Build and run all tests and checks
 	@tools/run-tests
+
+sanitize: setup ## Unit tests under AddressSanitizer and UndefinedBehaviorSanitizer
+	@cmake --preset asan
+	@cmake --build build/asan --target unit_tests
+	@ctest --test-dir build/asan -L unit --output-on-failure
 
 demo: PRESET = release
 demo: build ## Map and localise a recorded drive: make demo DRIVE=path/to/kitti_0039
