@@ -74,11 +74,6 @@ def test_bears_nodes_20_m_apart(table: accuracy_table.Table) -> None:
     assert figures["coverage"] >= 0.99
 
 
-def test_late_matches_cost_little(table: accuracy_table.Table, default: dict[str, float]) -> None:
-    late = table.figures(row("matches 0.3 s late"))
-    assert late["apet_m"] <= 1.10 * default["apet_m"] + 0.005
-
-
 def test_wrong_camera_stamps_show_as_longitudinal_error(
     table: accuracy_table.Table, default: dict[str, float]
 ) -> None:
