@@ -16,7 +16,6 @@ namespace {
 /// A match set on its way from the matcher to the estimator.
 struct Delivery {
   std::int64_t ready_ns = 0;
-  std::size_t record = 0;  ///< index into BatchResult::frames
   std::unique_ptr<estimation::MapMatchSet> set;
 };
 
@@ -152,9 +151,7 @@ class FramePipeline {
       return;
     }
     const auto delay_ns = static_cast<std::int64_t>(std::llround(options_.match_delay_s * 1e9));
-    on_the_way_.push_back({.ready_ns = time_ns + delay_ns,
-                           .record = result.frames.size() - 1,
-                           .set = std::move(set)});
+    on_the_way_.push_back({.ready_ns = time_ns + delay_ns, .set = std::move(set)});
   }
 
   drive::FrameLog& log_;
