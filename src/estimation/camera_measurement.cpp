@@ -6,39 +6,44 @@
 
 namespace topoloc::estimation {
 
-std::optional<ReprojectionLinearisation> linearise_reprojection(const NominalState& x,
-                                                                const CameraModel& camera,
+std::optional<ReprojectionLinearisation> linearise_reprojection(const PinholeCamera& camera,
+                                                                const RigidTransform& T_cam_world,
                                                                 const Eigen::Vector2d& pixel_px,
                                                                 const Eigen::Vector3d& p_world_m) {
-  const Eigen::Vector3d p_imu = x.R_world_imu.transpose() * (p_world_m - x.p_world_imu);
-  const Eigen::Vector3d q = camera.T_cam_imu * p_imu;
+  const Eigen::Vector3d q = T_cam_world * p_world_m;
   if (!(q.z() > kMinDepth_m)) {
     return std::nullopt;
   }
-  const PinholeCamera& k = camera.pinhole;
-  const double inv_z = 1.0 / q.z();
+  // u = fx x / z + cx, v = fy y / z + cy, with dq = omega x q + tau
+  const double x_z = q.x() / q.z();
+  const double y_z = q.y() / q.z();
+  const double fx_z = camera.fx_px / q.z();
+  const double fy_z = camera.fy_px / q.z();
   ReprojectionLinearisation out;
-  out.z_px = k.project(q) - pixel_px;
-  out.dz_dq << k.fx_px * inv_z, 0.0, -k.fx_px * q.x() * inv_z * inv_z,  //
-      0.0, k.fy_px * inv_z, -k.fy_px * q.y() * inv_z * inv_z;
-  const Eigen::Matrix<double, 2, 3> dz_dimu = out.dz_dq * camera.T_cam_imu.R;
-  out.H.leftCols<3>().noalias() = dz_dimu * so3::skew(p_imu);
-  out.H.rightCols<3>().noalias() = -dz_dimu * x.R_world_imu.transpose();
+  out.z_px = camera.project(q) - pixel_px;
+  out.G << -camera.fx_px * x_z * y_z, camera.fx_px * (1.0 + x_z * x_z), -camera.fx_px * y_z,  //
+      fx_z, 0.0, -fx_z * x_z,                                                                 //
+      -camera.fy_px * (1.0 + y_z * y_z), camera.fy_px * x_z * y_z, camera.fy_px * x_z,        //
+      0.0, fy_z, -fy_z * y_z;
   return out;
 }
 
-Eigen::Matrix<double, 2, 6> node_pose_jacobian(const NominalState& x, const CameraModel& camera,
-                                               const ReprojectionLinearisation& linearisation,
-                                               const Eigen::Vector3d& p_world_m,
-                                               const Eigen::Matrix3d& R_world_node,
-                                               const Eigen::Vector3d& p_world_node_m) {
-  const Eigen::Matrix<double, 2, 3> dz_dworld =
-      linearisation.dz_dq * camera.T_cam_imu.R * x.R_world_imu.transpose();
-  const Eigen::Vector3d p_node = R_world_node.transpose() * (p_world_m - p_world_node_m);
-  Eigen::Matrix<double, 2, 6> H;
-  H.leftCols<3>().noalias() = -dz_dworld * R_world_node * so3::skew(p_node);
-  H.rightCols<3>() = dz_dworld;
-  return H;
+PoseCovariance body_motion(const RigidTransform& T_cam_body, const Eigen::Matrix3d& R_cam_world) {
+  // dq = -[q - t]x R theta + R_cam_world dp, for q = R p_body + t
+  PoseCovariance M = PoseCovariance::Zero();
+  M.topLeftCorner<3, 3>() = T_cam_body.R;
+  M.bottomLeftCorner<3, 3>() = so3::skew(T_cam_body.p) * T_cam_body.R;
+  M.bottomRightCorner<3, 3>() = R_cam_world;
+  return M;
+}
+
+RigidTransform camera_pose(const NominalState& x, const CameraModel& camera) {
+  return camera.T_cam_imu * x.T_world_imu().inverse();
+}
+
+PoseCovariance vehicle_motion(const NominalState& x, const CameraModel& camera) {
+  // Seen from the moving camera the world moves the other way.
+  return -body_motion(camera.T_cam_imu, camera.T_cam_imu.R * x.R_world_imu.transpose());
 }
 
 }  // namespace topoloc::estimation

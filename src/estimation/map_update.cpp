@@ -71,37 +71,51 @@ const char* name(MapVerdict verdict) {
 MapUpdate::MapUpdate(const CameraModel& camera, const MapUpdateConfig& config)
     : camera_(camera), config_(config), rows_(kMaxMatches) {}
 
-bool MapUpdate::linearise(const MapMatchSet& set, const NominalState& x, int i) {
-  const auto index = static_cast<std::size_t>(i);
-  const MapMatch& match = set.matches[index];
-  const auto m = linearise_reprojection(x, camera_, match.pixel_px, match.p_world_m);
-  if (!m) {
-    return false;
+// Rows that fall behind the camera leave the gate for good.
+void MapUpdate::linearise(const MapMatchSet& set, const NominalState& x) {
+  const RigidTransform T_cam_world = camera_pose(x, camera_);
+  vehicle_motion_ = vehicle_motion(x, camera_);
+  for (int slot = 0; slot < set.node_count; ++slot) {
+    const MatchedNode& node = set.nodes[static_cast<std::size_t>(slot)];
+    nodes_[static_cast<std::size_t>(slot)].motion = body_motion(
+        T_cam_world * RigidTransform{node.R_world_cam, node.p_world_cam}, T_cam_world.R);
   }
-  const MatchedNode& node = set.nodes[static_cast<std::size_t>(match.node_slot)];
-  rows_[index].z_px = m->z_px;
-  rows_[index].H = m->H;
-  rows_[index].H_node =
-      node_pose_jacobian(x, camera_, *m, match.p_world_m, node.R_world_cam, node.p_world_cam);
-  return true;
-}
-
-// At the prior a residual carries the prior's and the node's error too: the gate and the first
-// robust weight are by the innovation covariance S, not by the pixel noise.
-void MapUpdate::gate(const MapMatchSet& set, const Covariance& P, MapUpdateResult& result) {
-  const Matrix6 P_pose = P.topLeftCorner<6, 6>();
   for (int i = 0; i < set.match_count; ++i) {
     Row& row = rows_[static_cast<std::size_t>(i)];
     if (!row.in_gate) {
       continue;
     }
     const MapMatch& match = set.matches[static_cast<std::size_t>(i)];
-    const MatchedNode& node = set.nodes[static_cast<std::size_t>(match.node_slot)];
+    const auto m =
+        linearise_reprojection(camera_.pinhole, T_cam_world, match.pixel_px, match.p_world_m);
+    row.in_gate = m.has_value();
+    if (m) {
+      row.at = *m;
+    }
+  }
+}
+
+// At the prior a residual carries the prior's and the node's error too: the gate and the first
+// robust weight are by the innovation covariance S, not by the pixel noise.
+void MapUpdate::gate(const MapMatchSet& set, const Covariance& P, MapUpdateResult& result) {
+  const Matrix6 P_vehicle = vehicle_motion_ * P.topLeftCorner<6, 6>() * vehicle_motion_.transpose();
+  std::array<Matrix6, kMaxMatchedNodes> P_motion;  // covariance of (omega, tau), by node
+  for (int slot = 0; slot < set.node_count; ++slot) {
+    const auto n = static_cast<std::size_t>(slot);
+    P_motion[n] =
+        P_vehicle + nodes_[n].motion * set.nodes[n].covariance * nodes_[n].motion.transpose();
+  }
+  for (int i = 0; i < set.match_count; ++i) {
+    Row& row = rows_[static_cast<std::size_t>(i)];
+    if (!row.in_gate) {
+      continue;
+    }
+    const MapMatch& match = set.matches[static_cast<std::size_t>(i)];
     const double variance = match.pixel_std_px * match.pixel_std_px;
-    Eigen::Matrix2d S = row.H * P_pose * row.H.transpose();
-    S += row.H_node * node.covariance * row.H_node.transpose();
+    Eigen::Matrix2d S =
+        row.at.G * P_motion[static_cast<std::size_t>(match.node_slot)] * row.at.G.transpose();
     S.diagonal().array() += variance;
-    const double chi2 = row.z_px.dot(S.inverse() * row.z_px);
+    const double chi2 = row.at.z_px.dot(S.inverse() * row.at.z_px);
     row.in_gate = chi2 <= config_.match_gate_chi2;  // false for NaN
     if (!row.in_gate) {
       ++result.outside_gate;
@@ -117,14 +131,18 @@ void MapUpdate::gate(const MapMatchSet& set, const Covariance& P, MapUpdateResul
 void MapUpdate::estimate_node_errors(const MapMatchSet& set, const Vector6& step) {
   for (int slot = 0; slot < set.node_count; ++slot) {
     Node& node = nodes_[static_cast<std::size_t>(slot)];
-    node.error = -(node.posterior * (node.b_n + node.L_xn.transpose() * step));
+    node.error_moves.setZero();
+    if (node.uncertain) {
+      node.error_moves =
+          -node.motion * (node.posterior * (node.b_n + node.L_xn.transpose() * step));
+    }
   }
 }
 
 Eigen::Vector2d MapUpdate::residual(const MapMatchSet& set, int i) const {
   const auto index = static_cast<std::size_t>(i);
   const auto slot = static_cast<std::size_t>(set.matches[index].node_slot);
-  return rows_[index].z_px + rows_[index].H_node * nodes_[slot].error;
+  return rows_[index].at.z_px + rows_[index].at.G * nodes_[slot].error_moves;
 }
 
 void MapUpdate::reweight(const MapMatchSet& set) {
@@ -142,33 +160,37 @@ void MapUpdate::reweight(const MapMatchSet& set) {
 }
 
 MapUpdate::Information MapUpdate::accumulate(const MapMatchSet& set) {
-  nodes_.fill(
-      {Matrix6::Zero(), Matrix6::Zero(), Matrix6::Zero(), Vector6::Zero(), Vector6::Zero()});
-  Information sum{Matrix6::Zero(), Vector6::Zero()};
+  for (int slot = 0; slot < set.node_count; ++slot) {
+    nodes_[static_cast<std::size_t>(slot)].L.setZero();
+    nodes_[static_cast<std::size_t>(slot)].b.setZero();
+  }
   for (int i = 0; i < set.match_count; ++i) {
     const Row& row = rows_[static_cast<std::size_t>(i)];
     if (!row.in_gate) {
       continue;
     }
-    const Eigen::Matrix<double, 6, 2> HtW = row.H.transpose() * row.weight;
-    sum.L.noalias() += HtW * row.H;
-    sum.b.noalias() += HtW * row.z_px;
-    const auto slot = static_cast<std::size_t>(set.matches[static_cast<std::size_t>(i)].node_slot);
-    if (!set.nodes[slot].covariance.isZero(0.0)) {
-      nodes_[slot].L_xn.noalias() += HtW * row.H_node;
-      nodes_[slot].L_nn.noalias() += row.weight * row.H_node.transpose() * row.H_node;
-      nodes_[slot].b_n.noalias() += row.weight * row.H_node.transpose() * row.z_px;
-    }
+    Node& node = node_of(set.matches[static_cast<std::size_t>(i)]);
+    const Eigen::Matrix<double, 6, 2> GtW = row.at.G.transpose() * row.weight;
+    node.L.noalias() += GtW * row.at.G;
+    node.b.noalias() += GtW * row.at.z_px;
   }
-  // Marginalise each node's error; (L_nn + Sigma^-1)^-1 = Sigma (I + L_nn Sigma)^-1 also holds for
-  // a Sigma without inverse.
+  // The normal equations of our own pose error, each node's pose error marginalised.
+  Information sum{Matrix6::Zero(), Vector6::Zero()};
   for (int slot = 0; slot < set.node_count; ++slot) {
     Node& node = nodes_[static_cast<std::size_t>(slot)];
+    const Matrix6 L_x = vehicle_motion_.transpose() * node.L;
+    sum.L += L_x * vehicle_motion_;
+    sum.b += vehicle_motion_.transpose() * node.b;
     const Matrix6& Sigma = set.nodes[static_cast<std::size_t>(slot)].covariance;
-    if (Sigma.isZero(0.0)) {
+    node.uncertain = !Sigma.isZero(0.0);
+    if (!node.uncertain) {
       continue;
     }
-    const Matrix6 I_plus = Matrix6::Identity() + node.L_nn * Sigma;
+    node.L_xn = L_x * node.motion;
+    node.b_n = node.motion.transpose() * node.b;
+    const Matrix6 L_nn = node.motion.transpose() * node.L * node.motion;
+    // (L_nn + Sigma^-1)^-1 = Sigma (I + L_nn Sigma)^-1 also holds for a Sigma without inverse.
+    const Matrix6 I_plus = Matrix6::Identity() + L_nn * Sigma;
     node.posterior = Sigma * I_plus.partialPivLu().solve(Matrix6::Identity());
     sum.L -= node.L_xn * node.posterior * node.L_xn.transpose();
     sum.b -= node.L_xn * (node.posterior * node.b_n);
@@ -201,8 +223,11 @@ MapUpdateResult MapUpdate::apply(const MapMatchSet& set, NominalState& x, Covari
   result.matches = set.match_count;
   for (int i = 0; i < set.match_count; ++i) {
     const auto index = static_cast<std::size_t>(i);
-    rows_[index].in_gate = usable(set, set.matches[index]) && linearise(set, x, i);
-    result.invalid += rows_[index].in_gate ? 0 : 1;
+    rows_[index].in_gate = usable(set, set.matches[index]);
+  }
+  linearise(set, x);
+  for (int i = 0; i < set.match_count; ++i) {
+    result.invalid += rows_[static_cast<std::size_t>(i)].in_gate ? 0 : 1;
   }
   if (set.match_count - result.invalid < config_.min_matches) {
     result.verdict = MapVerdict::kTooFewMatches;
@@ -239,10 +264,7 @@ MapUpdateResult MapUpdate::apply(const MapMatchSet& set, NominalState& x, Covari
     last_theta = dx.segment<3>(kTheta);
     result.iterations = k + 1;
     result.information = sum.L;
-    for (int i = 0; i < set.match_count; ++i) {
-      Row& row = rows_[static_cast<std::size_t>(i)];
-      row.in_gate = row.in_gate && linearise(set, x_k, i);
-    }
+    linearise(set, x_k);
     estimate_node_errors(set, dx.head<6>());
     reweight(set);
     if (last_theta.norm() < config_.convergence_theta_rad &&

@@ -45,24 +45,21 @@ TransitionBlocks transition_blocks(const NominalState& x, const InertialInput& u
           .half_dt_sq = half_dt_sq};
 }
 
-/// M <- F_x M for an 18-row matrix: only the rows of theta, p and v change.
-void multiply_left(const TransitionBlocks& F, Covariance& M) {
-  using Rows = Eigen::Matrix<double, 3, kErrorDim>;
-  const Rows theta = M.middleRows<3>(kTheta);
-  const Rows v = M.middleRows<3>(kV);
-  const Rows ba = M.middleRows<3>(kBa);
-  const Rows bg = M.middleRows<3>(kBg);
-  const Rows g = M.middleRows<3>(kG);
-  M.middleRows<3>(kP) += F.dt_s * v + F.half_dt_sq * g;
-  M.middleRows<3>(kP).noalias() += F.p_theta * theta;
-  M.middleRows<3>(kP).noalias() += F.p_ba * ba;
-  M.middleRows<3>(kP).noalias() += F.p_bg * bg;
-  M.middleRows<3>(kV) += F.dt_s * g;
-  M.middleRows<3>(kV).noalias() += F.v_theta * theta;
-  M.middleRows<3>(kV).noalias() += F.v_ba * ba;
-  M.middleRows<3>(kV).noalias() += F.v_bg * bg;
-  M.middleRows<3>(kTheta).noalias() = F.theta_theta * theta;
-  M.middleRows<3>(kTheta).noalias() += F.theta_bg * bg;
+/// M <- M F_x^T for an 18-column matrix: only the columns of theta, p and v change. By columns,
+/// since these lie in one piece.
+void multiply_right(const TransitionBlocks& F, Covariance& M) {
+  using Columns = Eigen::Matrix<double, kErrorDim, 3>;
+  const Columns theta = M.middleCols<3>(kTheta);
+  const auto v = M.middleCols<3>(kV);
+  const auto ba = M.middleCols<3>(kBa);
+  const auto bg = M.middleCols<3>(kBg);
+  const auto g = M.middleCols<3>(kG);
+  M.middleCols<3>(kP) += F.dt_s * v + F.half_dt_sq * g + theta.lazyProduct(F.p_theta.transpose()) +
+                         ba.lazyProduct(F.p_ba.transpose()) + bg.lazyProduct(F.p_bg.transpose());
+  M.middleCols<3>(kV) += F.dt_s * g + theta.lazyProduct(F.v_theta.transpose()) +
+                         ba.lazyProduct(F.v_ba.transpose()) + bg.lazyProduct(F.v_bg.transpose());
+  M.middleCols<3>(kTheta) =
+      theta.lazyProduct(F.theta_theta.transpose()) + bg.lazyProduct(F.theta_bg.transpose());
 }
 
 void add_process_noise(const ImuNoise& noise, double dt_s, Covariance& P) {
@@ -101,8 +98,8 @@ NominalState propagate_state(const NominalState& x, const InertialInput& u, doub
 
 Covariance transition_matrix(const NominalState& x, const InertialInput& u, double dt_s) {
   Covariance F = Covariance::Identity();
-  multiply_left(transition_blocks(x, u, dt_s), F);
-  return F;
+  multiply_right(transition_blocks(x, u, dt_s), F);
+  return F.transpose();
 }
 
 Covariance process_noise(const ImuNoise& noise, double dt_s) {
@@ -114,9 +111,9 @@ Covariance process_noise(const ImuNoise& noise, double dt_s) {
 void propagate_covariance(const NominalState& x, const InertialInput& u, const ImuNoise& noise,
                           double dt_s, Covariance& P) {
   const TransitionBlocks F = transition_blocks(x, u, dt_s);
-  multiply_left(F, P);   // F P
-  P.transposeInPlace();  // P F^T, since P was symmetric
-  multiply_left(F, P);   // F P F^T
+  multiply_right(F, P);  // P F^T
+  P.transposeInPlace();  // F P, since P was symmetric
+  multiply_right(F, P);  // F P F^T
   add_process_noise(noise, dt_s, P);
   P = 0.5 * (P + P.transpose()).eval();
 }

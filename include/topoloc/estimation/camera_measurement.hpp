@@ -15,29 +15,34 @@ struct CameraModel {
   RigidTransform T_cam_imu;
 };
 
-/// One 2D-3D match linearised at a state: h(x) = z + H dx + noise (eq_cam_feat_firstorder).
-struct ReprojectionLinearisation {
-  Eigen::Vector2d z_px;               ///< residual, predicted minus measured pixel (eq_z_i)
-  Eigen::Matrix<double, 2, 6> H;      ///< by (theta, p); all other columns are zero (eq_hi_0)
-  Eigen::Matrix<double, 2, 3> dz_dq;  ///< by the point in camera axes
-};
-
 /// Points nearer to the image plane than this are not projected.
 inline constexpr double kMinDepth_m = 0.1;
 
-/// Residual and Jacobian of one match (L6, with the errata on both blocks).
+/// One 2D-3D match linearised where the point q lies in camera axes (L6, eq_cam_feat_firstorder).
+///
+/// Whatever pose is wrong, ours or a map node's, a map point moves in camera axes as part of a
+/// rigid body: dq = omega x q + tau. So each match needs only its Jacobian by (omega, tau);
+/// body_motion() turns a pose error into it, once for all matches.
+struct ReprojectionLinearisation {
+  Eigen::Vector2d z_px;           ///< residual, predicted minus measured pixel (eq_z_i)
+  Eigen::Matrix<double, 2, 6> G;  ///< derivative of the residual by (omega [rad], tau [m])
+};
+
 /// Nothing if the point lies behind the camera or nearer than kMinDepth_m.
-std::optional<ReprojectionLinearisation> linearise_reprojection(const NominalState& x,
-                                                                const CameraModel& camera,
+std::optional<ReprojectionLinearisation> linearise_reprojection(const PinholeCamera& camera,
+                                                                const RigidTransform& T_cam_world,
                                                                 const Eigen::Vector2d& pixel_px,
                                                                 const Eigen::Vector3d& p_world_m);
 
-/// Derivative of the residual by the pose error (theta, p) of the node that the map point hangs on:
-/// p_world = p_node + R_node Exp(theta) p_in_node. See MatchedNode for the axes.
-Eigen::Matrix<double, 2, 6> node_pose_jacobian(const NominalState& x, const CameraModel& camera,
-                                               const ReprojectionLinearisation& linearisation,
-                                               const Eigen::Vector3d& p_world_m,
-                                               const Eigen::Matrix3d& R_world_node,
-                                               const Eigen::Vector3d& p_world_node_m);
+/// Motion (omega, tau) in camera axes of points fixed to a body, by the body's pose error
+/// (theta, p): R_true = R Exp(theta), p_true = p + dp with p in world axes.
+PoseCovariance body_motion(const RigidTransform& T_cam_body, const Eigen::Matrix3d& R_cam_world);
+
+/// T_cam_world of a state.
+RigidTransform camera_pose(const NominalState& x, const CameraModel& camera);
+
+/// Motion (omega, tau) of world points in camera axes by the error (theta, p) of the vehicle's
+/// pose: the match's Jacobian by the state is H = G vehicle_motion (eq_hi_0, with its errata).
+PoseCovariance vehicle_motion(const NominalState& x, const CameraModel& camera);
 
 }  // namespace topoloc::estimation

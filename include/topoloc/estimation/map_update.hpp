@@ -62,25 +62,29 @@ class MapUpdate {
 
  private:
   struct Row {  ///< one line of the Jacobian buffer
-    Eigen::Vector2d z_px;
-    Eigen::Matrix<double, 2, 6> H;
-    Eigen::Matrix<double, 2, 6> H_node;
-    double weight;  ///< robust weight / variance; zero: not used
+    ReprojectionLinearisation at;
+    double weight;  ///< robust weight / variance
     bool in_gate;
   };
   struct Information {  ///< normal equations of (theta, p)
     PoseCovariance L;
     Eigen::Matrix<double, 6, 1> b;
   };
-  struct Node {  ///< normal equations of a node's pose error, and its estimate
-    PoseCovariance L_xn;
-    PoseCovariance L_nn;
-    PoseCovariance posterior;  ///< (L_nn + Sigma^-1)^-1
-    Eigen::Matrix<double, 6, 1> b_n;
-    Eigen::Matrix<double, 6, 1> error;
+  struct Node {
+    bool uncertain;                           ///< its covariance is not zero
+    PoseCovariance motion;                    ///< body_motion() of the node
+    PoseCovariance L;                         ///< normal equations of its matches, by (omega, tau)
+    Eigen::Matrix<double, 6, 1> b;            ///<
+    PoseCovariance L_xn;                      ///< the same by our pose error and the node's
+    Eigen::Matrix<double, 6, 1> b_n;          ///< by the node's pose error
+    PoseCovariance posterior;                 ///< (L_nn + Sigma^-1)^-1
+    Eigen::Matrix<double, 6, 1> error_moves;  ///< (omega, tau) of its estimated pose error
   };
 
-  bool linearise(const MapMatchSet& set, const NominalState& x, int i);
+  [[nodiscard]] Node& node_of(const MapMatch& match) {
+    return nodes_[static_cast<std::size_t>(match.node_slot)];
+  }
+  void linearise(const MapMatchSet& set, const NominalState& x);
   void gate(const MapMatchSet& set, const Covariance& P, MapUpdateResult& result);
   void reweight(const MapMatchSet& set);
   Information accumulate(const MapMatchSet& set);
@@ -90,7 +94,8 @@ class MapUpdate {
 
   CameraModel camera_;
   MapUpdateConfig config_;
-  std::vector<Row> rows_;  ///< Jacobian buffer, kMaxMatches long
+  std::vector<Row> rows_;          ///< Jacobian buffer, kMaxMatches long
+  PoseCovariance vehicle_motion_;  ///< at the state of the last linearise()
   std::array<Node, kMaxMatchedNodes> nodes_{};
 };
 

@@ -65,15 +65,15 @@ TEST(Jacobians, Reprojection) {
     const NominalState x = random_state(random);
     const Vector3d point = visible_point(x, camera, random);
     const Vector2d pixel(100.0, 50.0);
-    const auto m = linearise_reprojection(x, camera, pixel, point);
+    const auto at = [&](const NominalState& state) {
+      return linearise_reprojection(camera.pinhole, camera_pose(state, camera), pixel, point);
+    };
+    const auto m = at(x);
     ASSERT_TRUE(m);
     Eigen::Matrix<double, 2, kErrorDim> H = Eigen::Matrix<double, 2, kErrorDim>::Zero();
-    H.leftCols<6>() = m->H;
+    H.leftCols<6>() = m->G * vehicle_motion(x, camera);
     const auto numeric = central_differences<2>(
-        [&](const ErrorVector& d) {
-          return linearise_reprojection(boxplus(x, d), camera, pixel, point)->z_px;
-        },
-        kStep);
+        [&](const ErrorVector& d) { return at(boxplus(x, d))->z_px; }, kStep);
     EXPECT_LT((H - numeric).norm(), 1e-7 * (1.0 + H.norm()));
   }
 }
@@ -85,19 +85,23 @@ TEST(Reprojection, ResidualIsPredictedMinusMeasured) {
   const Vector3d point = visible_point(x, camera, random);
   const Vector2d predicted =
       camera.pinhole.project(camera.T_cam_imu * (x.T_world_imu().inverse() * point));
-  const auto m = linearise_reprojection(x, camera, predicted + Vector2d(2.0, -3.0), point);
+  const auto m = linearise_reprojection(camera.pinhole, camera_pose(x, camera),
+                                        predicted + Vector2d(2.0, -3.0), point);
   EXPECT_LT((m->z_px - Vector2d(-2.0, 3.0)).norm(), 1e-9);
 }
 
 TEST(Reprojection, RefusesPointsBehindOrTooNear) {
   const CameraModel camera = tilted_camera();
   const NominalState x;
-  const RigidTransform T_world_cam = x.T_world_imu() * camera.T_cam_imu.inverse();
+  const RigidTransform T_cam_world = camera_pose(x, camera);
+  const auto at_depth = [&](double depth_m) {
+    const Vector3d p_world = T_cam_world.inverse() * Vector3d(0, 0, depth_m);
+    return linearise_reprojection(camera.pinhole, T_cam_world, {0, 0}, p_world);
+  };
   for (const double depth_m : {-5.0, 0.0, 0.99 * kMinDepth_m}) {
-    EXPECT_FALSE(linearise_reprojection(x, camera, {0, 0}, T_world_cam * Vector3d(0, 0, depth_m)));
+    EXPECT_FALSE(at_depth(depth_m));
   }
-  EXPECT_TRUE(
-      linearise_reprojection(x, camera, {0, 0}, T_world_cam * Vector3d(0, 0, 1.01 * kMinDepth_m)));
+  EXPECT_TRUE(at_depth(1.01 * kMinDepth_m));
 }
 
 TEST(Jacobians, NodePose) {
@@ -106,16 +110,18 @@ TEST(Jacobians, NodePose) {
   for (int trial = 0; trial < 20; ++trial) {
     const NominalState x = random_state(random);
     const Vector3d point = visible_point(x, camera, random);
+    const RigidTransform T_cam_world = camera_pose(x, camera);
     const RigidTransform T_world_node{random.rotation(),
                                       x.p_world_imu + 3.0 * random.normal_vector<3>()};
     const Vector3d p_node = T_world_node.inverse() * point;
     const auto residual = [&](const Eigen::Matrix<double, 6, 1>& n) {
       const Vector3d moved =
           T_world_node.R * so3::exp(n.head<3>()) * p_node + T_world_node.p + n.tail<3>();
-      return linearise_reprojection(x, camera, Vector2d::Zero(), moved)->z_px;
+      return linearise_reprojection(camera.pinhole, T_cam_world, Vector2d::Zero(), moved)->z_px;
     };
-    const auto m = linearise_reprojection(x, camera, Vector2d::Zero(), point);
-    const auto H = node_pose_jacobian(x, camera, *m, point, T_world_node.R, T_world_node.p);
+    const auto m = linearise_reprojection(camera.pinhole, T_cam_world, Vector2d::Zero(), point);
+    const Eigen::Matrix<double, 2, 6> H =
+        m->G * body_motion(T_cam_world * T_world_node, T_cam_world.R);
     for (int i = 0; i < 6; ++i) {
       const Eigen::Matrix<double, 6, 1> d = kStep * Eigen::Matrix<double, 6, 1>::Unit(i);
       const Vector2d numeric = (residual(d) - residual(-d)) / (2.0 * kStep);

@@ -61,13 +61,16 @@ Posterior dense_reference(const MapMatchSet& set, const NominalState& x_bar,
     MatrixXd H = MatrixXd::Zero(rows, dim);
     VectorXd z(rows);
     MatrixXd R = MatrixXd::Identity(rows, rows);
+    const RigidTransform T_cam_world = camera_pose(x_k, kCamera);
     for (int i = 0; i < set.match_count; ++i) {
       const MapMatch& match = set.matches[static_cast<std::size_t>(i)];
       const MatchedNode& node = set.nodes[static_cast<std::size_t>(match.node_slot)];
-      const auto m = linearise_reprojection(x_k, kCamera, match.pixel_px, match.p_world_m);
-      H.block<2, 6>(2 * i, 0) = m->H;
+      const auto m =
+          linearise_reprojection(kCamera.pinhole, T_cam_world, match.pixel_px, match.p_world_m);
+      H.block<2, 6>(2 * i, 0) = m->G * vehicle_motion(x_k, kCamera);
       H.block<2, 6>(2 * i, kErrorDim + 6 * match.node_slot) =
-          node_pose_jacobian(x_k, kCamera, *m, match.p_world_m, node.R_world_cam, node.p_world_cam);
+          m->G * body_motion(T_cam_world * RigidTransform{node.R_world_cam, node.p_world_cam},
+                             T_cam_world.R);
       // The nodes stay linearised where the map has them.
       z.segment<2>(2 * i) = m->z_px + H.block(2 * i, kErrorDim, 2, dim - kErrorDim) * nodes;
       R.diagonal().segment<2>(2 * i).setConstant(match.pixel_std_px * match.pixel_std_px);
