@@ -24,12 +24,22 @@ void read_initial(StrictNode& estimator, estimation::InitialUncertainty& config)
   initial.finish();
 }
 
+void read_imu_gap(StrictNode& estimator, estimation::ImuGapModel& model) {
+  StrictNode gap = estimator.section("imu_gap");
+  gap.read("longer_than_s", model.longer_than_s, positive_up_to(10.0));
+  gap.read("accel_mps2", model.accel_mps2, {0.0, 100.0});
+  gap.read("rate_radps", model.rate_radps, {0.0, 10.0});
+  gap.finish();
+}
+
 void read_health(StrictNode& estimator, estimation::HealthConfig& config) {
   StrictNode health = estimator.section("health");
   health.read("fix_timeout_s", config.fix_timeout_s, positive_up_to(3600.0));
   health.read("lost_position_std_m", config.lost_position_std_m, positive_up_to(1000.0));
-  health.read("max_imu_gap_s", config.max_imu_gap_s, positive_up_to(10.0));
+  health.read("imu_timeout_s", config.imu_timeout_s, positive_up_to(10.0));
+  health.read("max_imu_gap_s", config.max_imu_gap_s, positive_up_to(60.0));
   health.read("speed_timeout_s", config.speed_timeout_s, positive_up_to(60.0));
+  health.read("max_pose_age_s", config.max_pose_age_s, positive_up_to(60.0));
   health.read("rejections_before_doubt", config.rejections_before_doubt, {1, 1000});
   health.read("doubt_position_m", config.doubt_position_m, {0.0, 100.0});
   health.read("doubt_attitude_rad", config.doubt_attitude_rad, {0.0, 1.0});
@@ -89,6 +99,7 @@ void read_estimator(StrictNode& top, estimation::EstimatorConfig& config) {
   estimator.read("gravity_mps2", config.gravity_mps2, {9.7, 9.9});
   read_history(estimator, config.history);
   read_initial(estimator, config.initial);
+  read_imu_gap(estimator, config.models.imu_gap);
   read_health(estimator, config.health);
   read_map_update(estimator, config.models.map_update);
   estimator.finish();

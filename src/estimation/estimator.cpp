@@ -97,9 +97,20 @@ void Estimator::take_initial_pose(const InitialPose& pose) {
   initial_pose_ = pose;
 }
 
+bool Estimator::speed_is_of(std::int64_t time_ns) const {
+  return last_speed_ && seconds(time_ns - last_speed_->time_ns) <= config_.health.speed_timeout_s;
+}
+
 void Estimator::start_if_ready() {
-  if (!initial_pose_ || !last_imu_ || (config_.use_speed && !last_speed_) ||
-      last_imu_->time_ns < initial_pose_->time_ns) {
+  if (!initial_pose_ || !last_imu_ || last_imu_->time_ns < initial_pose_->time_ns) {
+    return;
+  }
+  if (seconds(last_imu_->time_ns - initial_pose_->time_ns) > config_.health.max_pose_age_s) {
+    ++estimate_.counters.initial_pose_rejected;
+    initial_pose_.reset();
+    return;
+  }
+  if (config_.use_speed && !speed_is_of(last_imu_->time_ns)) {
     return;
   }
   NominalState x;
@@ -115,7 +126,7 @@ void Estimator::start_if_ready() {
     x.v_world_imu = x.R_world_imu * (speed.R_vehicle_imu.transpose() * v_vehicle -
                                      rate.cross(speed.wheel_reference_imu_m));
   }
-  // The pose may be a little older than the first inertial sample.
+  // The pose may be a little older than the inertial sample.
   x.p_world_imu += x.v_world_imu * seconds(last_imu_->time_ns - initial_pose_->time_ns);
   history_.reset(*last_imu_, x, initial_covariance(config_.initial, config_.use_speed));
   last_fix_ns_ = last_imu_->time_ns;
@@ -127,16 +138,37 @@ void Estimator::start_if_ready() {
   initial_pose_.reset();
 }
 
-// The IMU's clock was set back: what was taken in by the old one says nothing about now.
+// The IMU's clock was set: what was taken in by the old one says nothing about now.
 void Estimator::forget_time_line() {
   history_.clear();
   standstill_ = StandstillDetector(config_.models.standstill);
   last_imu_.reset();
   last_speed_.reset();
+  leap_ns_.reset();
   imu_gap_ = false;
   const Counters counters = estimate_.counters;
   estimate_ = {};
   estimate_.counters = counters;
+}
+
+// A leap ahead is a wrong time stamp, unless the samples that follow agree with it.
+bool Estimator::believes_time(const ImuSample& sample) {
+  constexpr int kSamplesToBelieve = 5;
+  const auto follows = [&](std::int64_t last_ns) {
+    return sample.time_ns > last_ns &&
+           seconds(sample.time_ns - last_ns) <= config_.health.max_imu_gap_s;
+  };
+  if (!last_imu_ || sample.time_ns <= last_imu_->time_ns || follows(last_imu_->time_ns)) {
+    leap_ns_.reset();
+    return true;
+  }
+  leap_samples_ = leap_ns_ && follows(*leap_ns_) ? leap_samples_ + 1 : 1;
+  leap_ns_ = sample.time_ns;
+  if (leap_samples_ < kSamplesToBelieve) {
+    return false;
+  }
+  forget_time_line();
+  return true;
 }
 
 void Estimator::take_imu(const ImuSample& sample) {
@@ -147,8 +179,12 @@ void Estimator::take_imu(const ImuSample& sample) {
       (history_.empty() || (initial_pose_ && initial_pose_->time_ns <= sample.time_ns))) {
     forget_time_line();
   }
+  if (finite && !believes_time(sample)) {
+    count(estimate_.counters.imu, InsertVerdict::kInFuture);
+    return;
+  }
   if (finite && last_imu_ && sample.time_ns > last_imu_->time_ns) {
-    imu_gap_ = seconds(sample.time_ns - last_imu_->time_ns) > config_.health.max_imu_gap_s;
+    imu_gap_ = seconds(sample.time_ns - last_imu_->time_ns) > config_.health.imu_timeout_s;
     estimate_.counters.imu_gaps += imu_gap_ ? 1 : 0;
   }
   if (history_.empty()) {
@@ -208,27 +244,21 @@ void Estimator::take_matches(const MapMatchSet& set) {
   inflate_for_reuse(scratch_);
   const InsertVerdict verdict = history_.add_matches(scratch_);
   count(estimate_.counters.matches, verdict);
-  if (verdict == InsertVerdict::kInserted) {
-    count_uses(set);
-  }
   read_reports();
 }
 
-// A node's pose error is the same each time the node is used, so it must not average away as noise
-// does: the k-th use gets 2 k times the covariance. What k uses bring together then is half the
-// k-th harmonic number: about one look's information for the handful of frames that a node serves.
 void Estimator::inflate_for_reuse(MapMatchSet& set) const {
   for (int i = 0; i < set.node_count; ++i) {
     MatchedNode& node = set.nodes[static_cast<std::size_t>(i)];
     const auto* use = std::ranges::find(node_uses_, node.node_id, &NodeUse::node_id);
     const int uses = use != node_uses_.end() ? use->uses : 0;
-    node.covariance *= 2.0 * (uses + 1);
+    node.covariance *= node_reuse_factor(uses);
   }
 }
 
-void Estimator::count_uses(const MapMatchSet& set) {
-  for (int i = 0; i < set.node_count; ++i) {
-    const std::uint32_t id = set.nodes[static_cast<std::size_t>(i)].node_id;
+void Estimator::count_uses(const MapUpdateReport& report) {
+  for (int i = 0; i < report.node_count; ++i) {
+    const std::uint32_t id = report.node_ids[static_cast<std::size_t>(i)];
     auto* use = std::ranges::find(node_uses_, id, &NodeUse::node_id);
     if (use == node_uses_.end()) {
       use = &node_uses_[next_node_use_];
@@ -248,7 +278,9 @@ void Estimator::read_reports() {
       reports_[report_count_++] = report;
     }
     if (report.result.verdict == MapVerdict::kAccepted) {
+      count_uses(report);
       ++estimate_.counters.map_accepted;
+      estimate_.counters.map_rejected -= report.revised ? 1 : 0;
       consecutive_rejections_ = 0;
       last_fix_ns_ = std::max(last_fix_ns_, report.frame_time_ns);
       has_fix_ = true;
@@ -257,6 +289,10 @@ void Estimator::read_reports() {
       continue;
     }
     ++estimate_.counters.map_rejected;
+    if (report.revised) {
+      --estimate_.counters.map_accepted;
+      continue;
+    }
     const bool contradicts = report.result.verdict == MapVerdict::kTooFewInGate ||
                              report.result.verdict == MapVerdict::kInnovationTooLarge;
     consecutive_rejections_ += contradicts ? 1 : 0;
@@ -285,13 +321,23 @@ void Estimator::doubt_velocity_if_due() {
 }
 
 void Estimator::judge(std::int64_t now_ns) {
+  const HealthConfig& health = config_.health;
+  const auto raise = [this](bool condition, std::uint32_t bit) {
+    estimate_.reasons |= condition ? bit : 0U;
+  };
+  const bool imu_is_of_now =
+      last_imu_ && std::abs(seconds(now_ns - last_imu_->time_ns)) <= health.imu_timeout_s;
+  const bool has_speed = !config_.use_speed || speed_is_of(now_ns);
+  estimate_.counters.forgotten = history_.forgotten();
   if (history_.empty()) {
     estimate_.time_ns = now_ns;
     estimate_.mode = Mode::kUninitialised;
+    estimate_.reasons = 0;
+    raise(!initial_pose_, reason::kNoPose);
+    raise(!imu_is_of_now, reason::kNoImu);
+    raise(!has_speed, reason::kNoSpeed);
     return;
   }
-  const bool imu_is_of_now =
-      std::abs(seconds(now_ns - last_imu_->time_ns)) <= config_.health.max_imu_gap_s;
   // The state is never older than its newest event: a `now` before it must not date it back.
   now_ns = std::max(now_ns, history_.newest_time_ns());
   estimate_.time_ns = now_ns;
@@ -301,23 +347,17 @@ void Estimator::judge(std::int64_t now_ns) {
   estimate_.since_fix_m += (estimate_.state.p_world_imu - travelled_from_).norm();
   travelled_from_ = estimate_.state.p_world_imu;
 
-  const HealthConfig& health = config_.health;
-  std::uint32_t reasons = 0;
-  const auto raise = [&reasons](bool condition, std::uint32_t bit) {
-    reasons |= condition ? bit : 0U;
-  };
+  estimate_.reasons = 0;
   const double horizontal_std_m = largest_std(estimate_.P.block<2, 2>(kP, kP));
   raise(!imu_is_of_now, reason::kNoImu);
   raise(imu_gap_, reason::kImuGap);
-  raise(config_.use_speed && seconds(now_ns - last_speed_->time_ns) > health.speed_timeout_s,
-        reason::kNoSpeed);
+  raise(!has_speed, reason::kNoSpeed);
   raise(!has_fix_ || estimate_.since_fix_s > health.fix_timeout_s, reason::kNoMapFix);
   raise(consecutive_rejections_ > 0, reason::kMapContradicts);
   raise(!(horizontal_std_m <= health.lost_position_std_m), reason::kUncertain);
-  estimate_.reasons = reasons;
-  if ((reasons & reason::kUncertain) != 0U) {
+  if ((estimate_.reasons & reason::kUncertain) != 0U) {
     estimate_.mode = Mode::kLost;
-  } else if ((reasons & (reason::kNoMapFix | reason::kNoImu)) != 0U) {
+  } else if ((estimate_.reasons & (reason::kNoMapFix | reason::kNoImu)) != 0U) {
     estimate_.mode = Mode::kDeadReckoning;
   } else {
     estimate_.mode = Mode::kTracking;

@@ -13,6 +13,18 @@ namespace {
 
 double seconds(std::int64_t duration_ns) { return static_cast<double>(duration_ns) * 1e-9; }
 
+/// A constant acceleration and rate that nobody measured, of the variances of the model.
+void add_gap_uncertainty(const ImuGapModel& model, double dt_s, Covariance& P) {
+  const double v_std = model.accel_mps2 * dt_s;
+  const double p_std = 0.5 * v_std * dt_s;
+  const double theta_std = model.rate_radps * dt_s;
+  P.diagonal().segment<3>(kTheta).array() += theta_std * theta_std;
+  P.diagonal().segment<3>(kP).array() += p_std * p_std;
+  P.diagonal().segment<3>(kV).array() += v_std * v_std;
+  P.block<3, 3>(kP, kV).diagonal().array() += p_std * v_std;
+  P.block<3, 3>(kV, kP).diagonal().array() += p_std * v_std;
+}
+
 /// Everything that waits for an IMU sample comes in with it, and one event is always kept.
 HistoryConfig with_room_for_pending(HistoryConfig config) {
   config.capacity = std::max(config.capacity, config.pending_capacity + 2);
@@ -56,11 +68,11 @@ FusionHistory::FusionHistory(const FilterModels& models, const HistoryConfig& co
 }
 
 void FusionHistory::reset(const ImuSample& imu, const NominalState& x, const Covariance& P) {
+  clear();
   first_ = 0;
   size_ = 1;
-  pending_.clear();
   speeds_rejected_since_ns_.reset();
-  dropped_speed_ns_ = 0;
+  dropped_speed_ns_.reset();
   free_map_slots_.clear();
   for (int slot = 0; slot < config_.map_capacity; ++slot) {
     free_map_slots_.push_back(slot);
@@ -71,6 +83,12 @@ void FusionHistory::reset(const ImuSample& imu, const NominalState& x, const Cov
                      .angular_rate = imu.angular_rate_radps};
   states_[0] = x;
   covariances_[0] = P;
+}
+
+void FusionHistory::clear() {
+  size_ = 0;
+  forgotten_ += pending_.size();
+  pending_.clear();
 }
 
 // --- What comes in -------------------------------------------------------------------------------
@@ -304,8 +322,11 @@ double FusionHistory::independent_share(int i) const {
   while (previous >= 0 && rank(event(previous).kind) != rank(Kind::kSpeed)) {
     --previous;
   }
-  const std::int64_t previous_ns = previous >= 0 ? event(previous).time_ns : dropped_speed_ns_;
-  return std::min(1.0, seconds(event(i).time_ns - previous_ns) / models_.speed.correlation_s);
+  const auto previous_ns = previous >= 0 ? event(previous).time_ns : dropped_speed_ns_;
+  if (!previous_ns) {
+    return 1.0;
+  }
+  return std::min(1.0, seconds(event(i).time_ns - *previous_ns) / models_.speed.correlation_s);
 }
 
 void FusionHistory::propagate_between(const Event& from, const Event& to, NominalState& x,
@@ -317,7 +338,21 @@ void FusionHistory::propagate_between(const Event& from, const Event& to, Nomina
                         .angular_rate_radps = 0.5 * (from.angular_rate + to.angular_rate)};
   const double dt_s = seconds(to.time_ns - from.time_ns);
   propagate_covariance(x, u, models_.imu, dt_s, P);
+  if (dt_s > models_.imu_gap.longer_than_s) {
+    add_gap_uncertainty(models_.imu_gap, dt_s, P);
+  }
   x = propagate_state(x, u, dt_s);
+}
+
+VectorVerdict FusionHistory::apply_speed(int i, NominalState& x, Covariance& P) const {
+  const Event& e = event(i);
+  return update_with_vector<3>(
+             [&](const NominalState& x_k) {
+               return linearise_speed(x_k, models_.speed, e.angular_rate, gyro_std_radps_,
+                                      e.speed_mps);
+             },
+             models_.speed.chi2_gate, x, P, independent_share(i))
+      .verdict;
 }
 
 void FusionHistory::apply(int i, NominalState& x, Covariance& P) {
@@ -327,21 +362,19 @@ void FusionHistory::apply(int i, NominalState& x, Covariance& P) {
     case Kind::kImu:
       break;
     case Kind::kSpeed:
-      verdict = update_with_vector<3>(
-                    [&](const NominalState& x_k) {
-                      return linearise_speed(x_k, models_.speed, e.angular_rate, gyro_std_radps_,
-                                             e.speed_mps);
-                    },
-                    models_.speed.chi2_gate, x, P, independent_share(i))
-                    .verdict;
+      verdict = apply_speed(i, x, P);
       break;
     case Kind::kStandstill:
       verdict = update_with_vector<6>(
                     [&](const NominalState& x_k) {
-                      return linearise_standstill(x_k, models_.standstill, e.angular_rate);
+                      return linearise_standstill(x_k, models_.standstill, e.angular_rate,
+                                                  independent_share(i));
                     },
                     models_.standstill.chi2_gate, x, P)
                     .verdict;
+      if (verdict != VectorVerdict::kAccepted) {
+        verdict = apply_speed(i, x, P);  // zero within the sensor's dead band, then
+      }
       break;
     case Kind::kUncertainty:
       P.diagonal().segment<3>(kTheta).array() += e.added.theta_rad * e.added.theta_rad;
@@ -352,8 +385,10 @@ void FusionHistory::apply(int i, NominalState& x, Covariance& P) {
       const Eigen::Vector3d p_before = x.p_world_imu;
       const MapUpdateResult result =
           map_update_.apply(map_sets_[static_cast<std::size_t>(e.map_slot)], x, P);
-      if (!e.told) {
+      const bool accepted = result.verdict == MapVerdict::kAccepted;
+      if (!e.told || accepted != e.accepted) {
         make_report(e, (x.p_world_imu - p_before).norm(), result);
+        e.accepted = accepted;
       }
       break;
     }
@@ -381,10 +416,14 @@ void FusionHistory::make_report(const Event& e, double jump_m, const MapUpdateRe
   }
   const MapMatchSet& set = map_sets_[static_cast<std::size_t>(e.map_slot)];
   reports_[static_cast<std::size_t>(report_count_)] = {.frame_time_ns = e.time_ns,
-                                                       .first_node_id = set.nodes[0].node_id,
+                                                       .revised = e.told,
+                                                       .node_ids = {},
                                                        .node_count = set.node_count,
                                                        .jump_m = jump_m,
                                                        .result = result};
+  MapUpdateReport& report = reports_[static_cast<std::size_t>(report_count_)];
+  std::transform(set.nodes.begin(), set.nodes.begin() + set.node_count, report.node_ids.begin(),
+                 [](const MatchedNode& node) { return node.node_id; });
   ++report_count_;
 }
 

@@ -41,14 +41,16 @@ VectorLinearisation<3> linearise_speed(const NominalState& x, const SpeedModel& 
 }
 
 VectorLinearisation<6> linearise_standstill(const NominalState& x, const StandstillModel& model,
-                                            const Eigen::Vector3d& angular_rate_radps) {
+                                            const Eigen::Vector3d& angular_rate_radps,
+                                            double independent_share) {
   VectorLinearisation<6> m;
   m.z << x.v_world_imu, angular_rate_radps - x.gyro_bias_radps;
   m.H.setZero();
   m.H.block<3, 3>(0, kV).setIdentity();
   m.H.block<3, 3>(3, kBg) = -Eigen::Matrix3d::Identity();
   m.R.setZero();
-  m.R.diagonal().head<3>().setConstant(model.std_velocity_mps * model.std_velocity_mps);
+  m.R.diagonal().head<3>().setConstant(model.std_velocity_mps * model.std_velocity_mps /
+                                       independent_share);
   m.R.diagonal().tail<3>().setConstant(model.std_rate_radps * model.std_rate_radps);
   return m;
 }

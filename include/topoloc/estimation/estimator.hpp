@@ -27,8 +27,10 @@ struct InitialUncertainty {
 struct HealthConfig {
   double fix_timeout_s = 1.0;        ///< longer without an accepted map update: dead reckoning
   double lost_position_std_m = 5.0;  ///< horizontal standard deviation above this: lost
-  double max_imu_gap_s = 0.25;       ///< longer steps between IMU samples are reported
+  double imu_timeout_s = 0.25;       ///< longer without an IMU sample is reported
+  double max_imu_gap_s = 5.0;        ///< longer steps are no gap but another time line
   double speed_timeout_s = 0.5;      ///< longer without a wheel speed is reported
+  double max_pose_age_s = 1.0;       ///< an initial pose older than that is not started from
   int rejections_before_doubt = 5;   ///< so many frames in a row contradict the prediction:
   double doubt_position_m = 1.0;     ///< the pose is given this much more uncertainty
   double doubt_attitude_rad = 0.03;
@@ -74,12 +76,13 @@ const char* name(Mode mode);
 
 /// Why the mode is not better; bits of Estimate::reasons.
 namespace reason {
-inline constexpr std::uint32_t kNoImu = 1U << 0;    ///< the last one is max_imu_gap_s away from now
-inline constexpr std::uint32_t kImuGap = 1U << 1;   ///< last step between samples too long
-inline constexpr std::uint32_t kNoSpeed = 1U << 2;  ///< no wheel speed in speed_timeout_s
+inline constexpr std::uint32_t kNoImu = 1U << 0;     ///< none yet, or none for imu_timeout_s
+inline constexpr std::uint32_t kImuGap = 1U << 1;    ///< last step between samples too long
+inline constexpr std::uint32_t kNoSpeed = 1U << 2;   ///< none yet, or none for speed_timeout_s
 inline constexpr std::uint32_t kNoMapFix = 1U << 3;  ///< none accepted yet, or in fix_timeout_s
 inline constexpr std::uint32_t kMapContradicts = 1U << 4;  ///< the last match sets were rejected
 inline constexpr std::uint32_t kUncertain = 1U << 5;       ///< above lost_position_std_m
+inline constexpr std::uint32_t kNoPose = 1U << 6;  ///< not started: waits for an initial pose
 }  // namespace reason
 
 /// Everything taken in or turned away, since the start.
@@ -88,7 +91,8 @@ struct Counters {
   std::array<std::uint64_t, kInsertVerdictCount> speed{};
   std::array<std::uint64_t, kInsertVerdictCount> matches{};
   std::uint64_t before_start = 0;           ///< data that came before the filter had started
-  std::uint64_t initial_pose_rejected = 0;  ///< not finite, or not a rotation
+  std::uint64_t forgotten = 0;              ///< data that waited when the filter was restarted
+  std::uint64_t initial_pose_rejected = 0;  ///< not finite, not a rotation, or too old
   std::uint64_t speed_unused = 0;           ///< speeds that came while use_speed is off
   std::uint64_t speed_gate_rejected = 0;
   std::uint64_t map_accepted = 0;
@@ -110,6 +114,15 @@ struct Estimate {
   Counters counters;
 };
 
+/// What the covariance of a node's pose is multiplied with when the node is used again.
+///
+/// Its error is the same each time, so it must not average away as noise does: the k-th use gets
+/// 2 k times the covariance. What k uses bring together then is half the k-th harmonic number:
+/// about one look's information for the handful of frames that a node serves.
+[[nodiscard]] constexpr double node_reuse_factor(int uses_before) {
+  return 2.0 * (uses_before + 1);
+}
+
 /// The estimator: takes what arrived in a tick, gives the state of now. It has no clock of its own,
 /// does not allocate after construction and does not throw: the same calls give the same result.
 class Estimator {
@@ -126,13 +139,16 @@ class Estimator {
 
  private:
   void take_initial_pose(const InitialPose& pose);
+  /// A wheel speed of about that time, or a newer one, is there.
+  [[nodiscard]] bool speed_is_of(std::int64_t time_ns) const;
   void start_if_ready();
   void forget_time_line();
+  [[nodiscard]] bool believes_time(const ImuSample& sample);
   void take_imu(const ImuSample& sample);
   void take_speed(const SpeedSample& sample);
   void take_matches(const MapMatchSet& set);
   void inflate_for_reuse(MapMatchSet& set) const;
-  void count_uses(const MapMatchSet& set);
+  void count_uses(const MapUpdateReport& report);
   void read_reports();
   void doubt_velocity_if_due();
   void judge(std::int64_t now_ns);
@@ -156,6 +172,8 @@ class Estimator {
   std::size_t next_node_use_ = 0;
   std::int64_t last_fix_ns_ = 0;  ///< of the start, if !has_fix_
   Eigen::Vector3d travelled_from_ = Eigen::Vector3d::Zero();
+  std::optional<std::int64_t> leap_ns_;  ///< newest sample of a time line not yet believed
+  int leap_samples_ = 0;
   bool imu_gap_ = false;
   bool has_fix_ = false;
   int consecutive_rejections_ = 0;

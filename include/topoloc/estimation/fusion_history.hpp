@@ -7,15 +7,25 @@
 #include "topoloc/estimation/propagation.hpp"
 #include "topoloc/estimation/speed_measurement.hpp"
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
 namespace topoloc::estimation {
 
+/// What may happen between two inertial samples that are far apart, beyond what they tell: braking
+/// and turning within these bounds (one standard deviation, constant over the gap).
+struct ImuGapModel {
+  double longer_than_s = 0.25;  ///< steps up to this are bridged by the samples alone
+  double accel_mps2 = 3.0;      ///< per axis; also the centripetal one of an unseen bend
+  double rate_radps = 0.3;      ///< per axis
+};
+
 /// Every model the filter uses.
 struct FilterModels {
   ImuNoise imu;
+  ImuGapModel imu_gap;
   double imu_rate_hz = 100.0;  ///< turns the gyroscope's density into the noise of one sample
   SpeedModel speed;
   StandstillModel standstill;
@@ -26,7 +36,7 @@ struct FilterModels {
 struct HistoryConfig {
   double duration_s = 1.0;    ///< how late a measurement may arrive
   int capacity = 1024;        ///< events kept, all sensors together
-  int map_capacity = 16;      ///< match sets kept
+  int map_capacity = 64;      ///< match sets kept (130 kB each): enough for 30 frames/s
   int pending_capacity = 64;  ///< events that wait for inertial data to reach their time
 };
 
@@ -49,10 +59,12 @@ struct AddedUncertainty {
   double v_mps = 0.0;
 };
 
-/// Outcome of one match set, told once, when it was first applied.
+/// Outcome of one match set, told when it was first applied, and again if it is accepted after
+/// having been rejected, or the other way round, once an earlier measurement has come in late.
 struct MapUpdateReport {
   std::int64_t frame_time_ns = 0;
-  std::uint32_t first_node_id = 0;
+  bool revised = false;  ///< the set was told of before, with the other outcome
+  std::array<std::uint32_t, kMaxMatchedNodes> node_ids{};
   int node_count = 0;
   double jump_m = 0.0;  ///< how far the update moved the position at the frame's time
   MapUpdateResult result;
@@ -77,7 +89,7 @@ class FusionHistory {
   /// Forgets everything and starts from a state at the time of an IMU sample.
   void reset(const ImuSample& imu, const NominalState& x, const Covariance& P);
   /// Forgets everything: empty until the next reset().
-  void clear() { size_ = 0; }
+  void clear();
 
   InsertVerdict add_imu(const ImuSample& sample);
   /// `standing`: apply the zero-velocity measurement instead of the speed.
@@ -106,6 +118,8 @@ class FusionHistory {
   }
   void clear_reports() { report_count_ = 0; }
 
+  /// Events that still waited for inertial data when reset() or clear() forgot them.
+  [[nodiscard]] std::uint64_t forgotten() const { return forgotten_; }
   /// Speeds whose innovation failed its gate (wheel slip, or a wrong velocity), counted once each.
   [[nodiscard]] std::uint64_t speeds_rejected() const { return speeds_rejected_; }
   /// Time of the first speed that failed its gate since one passed it, or since the last reset or
@@ -120,7 +134,8 @@ class FusionHistory {
   struct Event {
     std::int64_t time_ns = 0;
     Kind kind = Kind::kImu;
-    bool told = false;  ///< its report was made
+    bool told = false;      ///< its report was made
+    bool accepted = false;  ///< what was told
     int map_slot = -1;
     double speed_mps = 0.0;                                    ///< kSpeed
     AddedUncertainty added{};                                  ///< kUncertainty
@@ -148,6 +163,7 @@ class FusionHistory {
   int take_map_slot();
   void interpolate_inertial(int i);
   void compute_from(int i);
+  VectorVerdict apply_speed(int i, NominalState& x, Covariance& P) const;
   void apply(int i, NominalState& x, Covariance& P);
   void note_speed(const Event& e, bool accepted);
   void make_report(const Event& e, double jump_m, const MapUpdateResult& result);
@@ -163,12 +179,13 @@ class FusionHistory {
   std::vector<Event> events_;
   std::vector<NominalState> states_;
   std::vector<Covariance> covariances_;
-  std::int64_t dropped_speed_ns_ = 0;  ///< time of the newest speed that was dropped
-  std::vector<Event> pending_;         ///< sorted; capacity reserved
+  std::optional<std::int64_t> dropped_speed_ns_;  ///< time of the newest speed that was dropped
+  std::vector<Event> pending_;                    ///< sorted; capacity reserved
   std::vector<MapMatchSet> map_sets_;
   std::vector<int> free_map_slots_;  ///< capacity reserved
   std::vector<MapUpdateReport> reports_;
   int report_count_ = 0;
+  std::uint64_t forgotten_ = 0;
   std::uint64_t speeds_rejected_ = 0;
   std::optional<std::int64_t> speeds_rejected_since_ns_;
 };

@@ -42,7 +42,10 @@ struct StandstillModel {
 };
 
 /// Zero-velocity and zero-rate measurement of a standing vehicle: h = [v; w_m - b_g].
+/// A vehicle that creeps unnoticed does so for a while: of the velocity each sample tells only its
+/// `independent_share`, as of a speed. The gyroscope's noise is white.
 VectorLinearisation<6> linearise_standstill(const NominalState& x, const StandstillModel& model,
-                                            const Eigen::Vector3d& angular_rate_radps);
+                                            const Eigen::Vector3d& angular_rate_radps,
+                                            double independent_share);
 
 }  // namespace topoloc::estimation

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 // Monte-Carlo consistency: is the error as large as the covariance says? (NEES, Bar-Shalom)
+#include "topoloc/estimation/estimator.hpp"
 #include "topoloc/estimation/map_update.hpp"
 #include "topoloc/estimation/speed_measurement.hpp"
 
@@ -147,9 +148,9 @@ void simulate_run(const LandmarkWorld& world, const Options& options, std::uint6
         set.matches[static_cast<std::size_t>(m)].p_world_m -= node_errors[node];
       }
       if (options.tell_node_covariance) {
-        const int use = ++node_uses[node];  // as the estimator inflates a node used again
-        set.nodes[0].covariance.diagonal().tail<3>().setConstant(options.node_std_m *
-                                                                 options.node_std_m * 2.0 * use);
+        const double variance = options.node_std_m * options.node_std_m;
+        set.nodes[0].covariance.diagonal().tail<3>().setConstant(
+            variance * node_reuse_factor(node_uses[node]++));
       }
     }
     update.apply(set, x, P);

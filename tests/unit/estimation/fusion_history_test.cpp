@@ -360,7 +360,7 @@ TEST(FusionHistory, CapacityIsRaisedToHoldAllThatMayWait) {
   EXPECT_TRUE(all_finite(history.newest_state()));
 }
 
-TEST(FusionHistory, EachMatchSetIsReportedOnce) {
+TEST(FusionHistory, EachMatchSetIsReportedOnceUnlessItsOutcomeChanges) {
   FusionHistory history = started();
   for (int i = 1; i <= 20; ++i) {
     history.add_imu(imu_at(kStart_ns + i * 10 * kMs));
@@ -368,11 +368,40 @@ TEST(FusionHistory, EachMatchSetIsReportedOnce) {
   history.add_matches(matches_at(kStart_ns + 155 * kMs, 1));
   ASSERT_EQ(history.report_count(), 1);
   EXPECT_GT(history.report(0).jump_m, 0.0);
-  EXPECT_EQ(history.report(0).first_node_id, 7U);
+  EXPECT_EQ(history.report(0).node_ids[0], 7U);
   history.clear_reports();
-  history.add_matches(matches_at(kStart_ns + 55 * kMs, 2));  // the first is computed again
+  history.add_matches(matches_at(kStart_ns + 145 * kMs, 2));  // the first is computed again
   ASSERT_EQ(history.report_count(), 1);
-  EXPECT_EQ(history.report(0).frame_time_ns, kStart_ns + 55 * kMs);
+  EXPECT_EQ(history.report(0).frame_time_ns, kStart_ns + 145 * kMs);
+  history.clear_reports();
+  // The vehicle has turned since: with this set the two later ones are out of the gate.
+  history.add_matches(matches_at(kStart_ns + 25 * kMs, 3));
+  ASSERT_EQ(history.report_count(), 3);
+  EXPECT_FALSE(history.report(0).revised);
+  for (const int i : {1, 2}) {
+    EXPECT_TRUE(history.report(i).revised);
+    EXPECT_NE(history.report(i).result.verdict, MapVerdict::kAccepted);
+  }
+}
+
+TEST(FusionHistory, AClockThatStartsAtZeroLosesNoSpeed) {
+  FusionHistory history(models(), {});
+  const auto imu = [](std::int64_t time_ns) {
+    ImuSample sample = imu_at(kStart_ns + time_ns);
+    sample.time_ns = time_ns;
+    return sample;
+  };
+  history.reset(imu(0), initial_state(), initial_covariance());
+  history.add_speed({.time_ns = 0, .speed_mps = 8.0}, false);
+  EXPECT_LT(history.newest_covariance()(6, 6), 0.5 * initial_covariance()(6, 6));
+}
+
+TEST(FusionHistory, CountsWhatItForgetsWhenItIsRestarted) {
+  FusionHistory history = started();
+  history.add_speed({.time_ns = kStart_ns + 5 * kMs, .speed_mps = 8.0}, false);
+  history.add_matches(matches_at(kStart_ns + 6 * kMs, 1));
+  history.reset(imu_at(kStart_ns + 4 * kMs), initial_state(), initial_covariance());
+  EXPECT_EQ(history.forgotten(), 2U);
 }
 
 TEST(FusionHistory, SlippingWheelsAreCountedOnceEach) {

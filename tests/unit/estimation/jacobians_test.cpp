@@ -152,8 +152,9 @@ TEST(Jacobians, Standstill) {
   const NominalState x = random_state(random);
   const Vector3d rate = random.normal_vector<3>();
   const auto numeric = central_differences<6>(
-      [&](const ErrorVector& d) { return linearise_standstill(boxplus(x, d), {}, rate).z; }, kStep);
-  EXPECT_LT((linearise_standstill(x, {}, rate).H - numeric).norm(), 1e-8);
+      [&](const ErrorVector& d) { return linearise_standstill(boxplus(x, d), {}, rate, 1.0).z; },
+      kStep);
+  EXPECT_LT((linearise_standstill(x, {}, rate, 1.0).H - numeric).norm(), 1e-8);
 }
 
 // J^k is the derivative of (x_k boxplus d) boxminus x_bar, at small and at large angles.

@@ -169,7 +169,8 @@ TEST(Standstill, MeasuresVelocityAndGyroBias) {
   P.diagonal().segment<3>(kBg).setConstant(1e-4);
   const Vector3d rate(0.01, -0.005, 0.02);  // all of it is bias
   const auto result = update_with_vector<6>(
-      [&](const NominalState& x_k) { return linearise_standstill(x_k, {}, rate); }, 30.0, x, P);
+      [&](const NominalState& x_k) { return linearise_standstill(x_k, {}, rate, 1.0); }, 30.0, x,
+      P);
   ASSERT_EQ(result.verdict, VectorVerdict::kAccepted);
   EXPECT_LT(x.v_world_imu.norm(), 1e-3);
   EXPECT_LT((x.gyro_bias_radps - rate).norm(), 1e-3);
