@@ -10,11 +10,19 @@ if(TOPOLOC_SANITIZE)
   target_compile_options(topoloc_options INTERFACE -fsanitize=${TOPOLOC_SANITIZE}
                                                    -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_link_options(topoloc_options INTERFACE -fsanitize=${TOPOLOC_SANITIZE})
+  # GCC 12 suspects std::regex once it is instrumented.
+  target_compile_options(topoloc_options INTERFACE -Wno-maybe-uninitialized)
+  # Instrumented code compiles slowly: each module as one source file.
+  set(CMAKE_UNITY_BUILD ON)
+  set(CMAKE_UNITY_BUILD_BATCH_SIZE 16)
+  target_compile_options(topoloc_options INTERFACE -Wno-subobject-linkage)
 endif()
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
 endif()
 set(CMAKE_CXX_FLAGS_RELEASE "-O2 -g1 -DNDEBUG")
+# Eigen's, the library's and our own checks on; -O1, since Eigen without inlining is far too slow.
+set(CMAKE_CXX_FLAGS_DEBUG "-O1 -g1 -D_GLIBCXX_ASSERTIONS")
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 find_program(CCACHE ccache)
 if(CCACHE)

@@ -13,8 +13,6 @@ using namespace error_index;
 
 namespace {
 
-double seconds(std::int64_t duration_ns) { return static_cast<double>(duration_ns) * 1e-9; }
-
 void count(std::array<std::uint64_t, kInsertVerdictCount>& counters, InsertVerdict verdict) {
   ++counters[static_cast<std::size_t>(verdict)];
 }

@@ -11,8 +11,6 @@ using namespace error_index;
 
 namespace {
 
-double seconds(std::int64_t duration_ns) { return static_cast<double>(duration_ns) * 1e-9; }
-
 /// A constant acceleration and rate that nobody measured, of the variances of the model.
 void add_gap_uncertainty(const ImuGapModel& model, double dt_s, Covariance& P) {
   const double v_std = model.accel_mps2 * dt_s;

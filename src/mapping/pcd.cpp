@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint64_t kMaxValuesPerField = 4096;
 
-struct Header {
+struct PcdHeader {
   RecordLayout layout;
   std::uint64_t points = 0;
   std::string data;  // ascii, binary, binary_compressed
@@ -57,8 +57,8 @@ HeaderLines read_header_lines(const std::filesystem::path& path, std::istream& s
   return lines;
 }
 
-Header read_header(const std::filesystem::path& path, std::istream& stream) {
-  Header header;
+PcdHeader read_pcd_header(const std::filesystem::path& path, std::istream& stream) {
+  PcdHeader header;
   const HeaderLines lines = read_header_lines(path, stream, header.lines);
   const auto line = [&](const std::string& key, std::size_t words) {
     const auto it = lines.find(key);
@@ -86,7 +86,7 @@ Header read_header(const std::filesystem::path& path, std::istream& stream) {
 
 /// binary_compressed: two uint32 sizes, then one LZF block that holds field after field.
 PointCloud read_compressed(const std::filesystem::path& path, std::istream& stream,
-                           const Header& header, const Progress& progress) {
+                           const PcdHeader& header, const Progress& progress) {
   std::array<std::uint32_t, 2> sizes{};  // compressed, uncompressed
   if (!stream.read(reinterpret_cast<char*>(sizes.data()), sizeof(sizes))) {
     fail(path, "truncated: ends before its compressed data");
@@ -130,7 +130,7 @@ PointCloud read_compressed(const std::filesystem::path& path, std::istream& stre
 
 PointCloud read_pcd(const std::filesystem::path& path, const Progress& progress) {
   std::ifstream stream(path, std::ios::binary);
-  const Header header = read_header(path, stream);
+  const PcdHeader header = read_pcd_header(path, stream);
   if (header.points == 0) {
     fail(path, "holds no point");
   }

@@ -18,7 +18,7 @@ struct Element {
   bool has_list = false;
 };
 
-struct Header {
+struct PlyHeader {
   std::string format;
   std::vector<Element> elements;
   std::uint64_t lines = 0;
@@ -40,7 +40,7 @@ Scalar scalar_type(const std::filesystem::path& path, const std::string& name) {
 }
 
 void read_property(const std::filesystem::path& path, const std::vector<std::string>& words,
-                   Header& header) {
+                   PlyHeader& header) {
   if (header.elements.empty()) {
     fail(path, "PLY header: property before the first element");
   }
@@ -54,8 +54,8 @@ void read_property(const std::filesystem::path& path, const std::vector<std::str
   }
 }
 
-Header read_header(const std::filesystem::path& path, std::istream& stream) {
-  Header header;
+PlyHeader read_ply_header(const std::filesystem::path& path, std::istream& stream) {
+  PlyHeader header;
   std::string line;
   while (true) {
     if (header.lines > 10'000 || !std::getline(stream, line)) {
@@ -89,7 +89,7 @@ Header read_header(const std::filesystem::path& path, std::istream& stream) {
 
 PointCloud read_ply(const std::filesystem::path& path, const Progress& progress) {
   std::ifstream stream(path, std::ios::binary);
-  const Header header = read_header(path, stream);
+  const PlyHeader header = read_ply_header(path, stream);
   const bool ascii = header.format == "ascii";
   if (!ascii && header.format != "binary_little_endian" && header.format != "binary_big_endian") {
     fail(path, "PLY header: format '" + header.format + "' is not known");

@@ -8,7 +8,7 @@
 namespace topoloc::matching {
 namespace {
 
-std::filesystem::path model_path(const MatchingConfig& config) {
+std::filesystem::path lighterglue_path(const MatchingConfig& config) {
   const auto dir = config.model_dir.empty() ? default_model_dir() : config.model_dir;
   return dir / ("lighterglue_n" + std::to_string(config.max_features) + ".onnx");
 }
@@ -45,7 +45,7 @@ void LighterGlueMatcher::Side::fill(const FeatureSet& set) {
 
 LighterGlueMatcher::LighterGlueMatcher(const MatchingConfig& config)
     : min_score_(static_cast<float>(config.min_match_score)),
-      model_(model_path(config), config.threads, config.execution_provider),
+      model_(lighterglue_path(config), config.threads, config.execution_provider),
       query_(model_, "0", config.max_features),
       node_(model_, "1", config.max_features),
       matches_(model_.output<std::int32_t>("matches0", {config.max_features})),

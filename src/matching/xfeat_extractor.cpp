@@ -9,7 +9,7 @@
 namespace topoloc::matching {
 namespace {
 
-std::filesystem::path model_path(const MatchingConfig& config) {
+std::filesystem::path xfeat_path(const MatchingConfig& config) {
   const auto dir = config.model_dir.empty() ? default_model_dir() : config.model_dir;
   return dir /
          ("xfeat_" + std::to_string(config.width_px) + "x" + std::to_string(config.height_px) +
@@ -21,7 +21,7 @@ std::filesystem::path model_path(const MatchingConfig& config) {
 XFeatExtractor::XFeatExtractor(const MatchingConfig& config)
     : size_(config.width_px, config.height_px),
       max_features_(config.max_features),
-      model_(model_path(config), config.threads, config.execution_provider),
+      model_(xfeat_path(config), config.threads, config.execution_provider),
       identity_{
           .name = "xfeat", .fingerprint = model_.fingerprint(), .descriptor_dim = kDescriptorDim},
       image_(model_.input("image", {1, 1, size_.height, size_.width})),

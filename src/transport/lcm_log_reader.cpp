@@ -19,7 +19,6 @@ namespace {
 // An event in the file: sync word, number, time, two lengths (all big endian), channel, data.
 constexpr std::uint32_t kSyncWord = 0xEDA1DA01U;
 constexpr std::size_t kHeaderBytes = 4 + 8 + 8 + 4 + 4;
-constexpr std::size_t kMaxChannelBytes = 63;  // LCM_MAX_CHANNEL_NAME_LENGTH
 constexpr std::size_t kMaxDataBytes = 0x7FFF'FFFFU;
 
 template <typename Unsigned>

@@ -7,11 +7,6 @@
 #include <stdexcept>
 
 namespace topoloc::transport {
-namespace {
-
-constexpr std::size_t kMaxChannelBytes = 63;  // LCM_MAX_CHANNEL_NAME_LENGTH
-
-}  // namespace
 
 LcmLogWriter::LcmLogWriter(const std::filesystem::path& file)
     : file_(file), log_(std::make_unique<lcm::LogFile>(file.string(), "w")) {

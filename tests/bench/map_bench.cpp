@@ -73,16 +73,16 @@ class LargeMap {
 };
 
 /// Goal: 20 ms with the index.
-void BM_MapOpen100kNodes(benchmark::State& state) {
+void map_open_100k_nodes(benchmark::State& state) {
   const auto& path = LargeMap::path();
   for (auto _ : state) {
     const MapFile map(path);
     benchmark::DoNotOptimize(map.node_count());
   }
 }
-BENCHMARK(BM_MapOpen100kNodes)->Unit(benchmark::kMillisecond);
+BENCHMARK(map_open_100k_nodes)->Unit(benchmark::kMillisecond);
 
-void BM_MapOpenAndIndex100kNodes(benchmark::State& state) {
+void map_open_and_index_100k_nodes(benchmark::State& state) {
   const auto& path = LargeMap::path();
   for (auto _ : state) {
     const MapFile map(path);
@@ -90,10 +90,10 @@ void BM_MapOpenAndIndex100kNodes(benchmark::State& state) {
     benchmark::DoNotOptimize(&index);
   }
 }
-BENCHMARK(BM_MapOpenAndIndex100kNodes)->Unit(benchmark::kMillisecond);
+BENCHMARK(map_open_and_index_100k_nodes)->Unit(benchmark::kMillisecond);
 
 /// Goal: 2 us.
-void BM_NodeLookup(benchmark::State& state) {
+void node_lookup(benchmark::State& state) {
   const MapFile map(LargeMap::path());
   const NodeIndex index(map);
   std::mt19937 random(1);
@@ -110,9 +110,9 @@ void BM_NodeLookup(benchmark::State& state) {
                                            static_cast<int>(state.range(0)), 25.0, 0.8, ids));
   }
 }
-BENCHMARK(BM_NodeLookup)->Arg(1)->Arg(4);
+BENCHMARK(node_lookup)->Arg(1)->Arg(4);
 
-void BM_MapNodeIntact512Features(benchmark::State& state) {
+void map_node_check_512_features(benchmark::State& state) {
   const auto path = std::filesystem::path(LargeMap::path()).replace_extension(".one.tmap");
   {
     MapInfo info;
@@ -131,6 +131,6 @@ void BM_MapNodeIntact512Features(benchmark::State& state) {
     benchmark::DoNotOptimize(map.node_intact(0));
   }
 }
-BENCHMARK(BM_MapNodeIntact512Features);
+BENCHMARK(map_node_check_512_features);
 
 }  // namespace

@@ -17,7 +17,7 @@ namespace {
 constexpr double kMinSimilarity = 0.7;
 
 /// Arguments: width, height, features, threads.
-void BM_Extract(benchmark::State& state) {
+void extract_xfeat(benchmark::State& state) {
   MatchingConfig config;
   config.width_px = static_cast<int>(state.range(0));
   config.height_px = static_cast<int>(state.range(1));
@@ -36,13 +36,13 @@ void BM_Extract(benchmark::State& state) {
     state.SkipWithError(error.what());
   }
 }
-BENCHMARK(BM_Extract)
+BENCHMARK(extract_xfeat)
     ->ArgsProduct({{640, 1248}, {384}, {512, 1024}, {1, 2}})
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 
 /// Arguments: features, threads.
-void BM_LighterGlue(benchmark::State& state) {
+void match_lighterglue(benchmark::State& state) {
   MatchingConfig config;
   config.max_features = static_cast<int>(state.range(0));
   config.threads = static_cast<int>(state.range(1));
@@ -58,12 +58,12 @@ void BM_LighterGlue(benchmark::State& state) {
     state.SkipWithError(error.what());
   }
 }
-BENCHMARK(BM_LighterGlue)
+BENCHMARK(match_lighterglue)
     ->ArgsProduct({{512, 1024}, {1, 2}})
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 
-void BM_MutualNearest(benchmark::State& state) {
+void match_mutual_nearest(benchmark::State& state) {
   testing::Random random(1);
   const testing::Scene scene(random, static_cast<int>(state.range(0)), 0);
   MutualNearestMatcher matcher(kMinSimilarity);
@@ -72,10 +72,10 @@ void BM_MutualNearest(benchmark::State& state) {
     matcher.match(scene.query, scene.node, out);
   }
 }
-BENCHMARK(BM_MutualNearest)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
+BENCHMARK(match_mutual_nearest)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
 
 /// Projection of the points and matching, prediction known to 0.3 m and 1 degree.
-void BM_Guided(benchmark::State& state) {
+void match_guided(benchmark::State& state) {
   testing::Random random(1);
   const testing::Scene scene(random, static_cast<int>(state.range(0)), 0);
   GuidedMatcher matcher({}, kMinSimilarity, 1.0);
@@ -86,7 +86,7 @@ void BM_Guided(benchmark::State& state) {
     matcher.match(scene.query, scene.node, scene.project(camera), out);
   }
 }
-BENCHMARK(BM_Guided)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
+BENCHMARK(match_guided)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace topoloc::matching

@@ -12,6 +12,8 @@
 /// What the estimator takes in. Times are int64 Unix nanoseconds on one time line.
 namespace topoloc::estimation {
 
+inline double seconds(std::int64_t duration_ns) { return static_cast<double>(duration_ns) * 1e-9; }
+
 /// One inertial sample in the IMU frame.
 struct ImuSample {
   std::int64_t time_ns = 0;

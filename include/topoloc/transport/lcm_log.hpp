@@ -17,6 +17,8 @@
 /// LCM event logs (lcm-logger, lcm-logplayer).
 namespace topoloc::transport {
 
+inline constexpr std::size_t kMaxChannelBytes = 63;  ///< LCM_MAX_CHANNEL_NAME_LENGTH
+
 /// Points into the mapped file: valid as long as its reader.
 struct LogEvent {
   std::int64_t time_us = 0;  ///< Unix time of reception

@@ -10,7 +10,7 @@
 namespace topoloc::estimation {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kMillisecond_ns = 1'000'000;
 
 /// Drives IMU (100 Hz) and speed (50 Hz) through the detector; gives the share of speed samples of
 /// the last second at which the vehicle was said to stand.
@@ -22,10 +22,11 @@ double standing_share(const std::function<ImuSample(double t)>& imu,
   for (int i = 0; i < 300; ++i) {
     const double t = 0.01 * i;
     ImuSample sample = imu(t);
-    sample.time_ns = i * 10 * kMs;
+    sample.time_ns = i * 10 * kMillisecond_ns;
     detector.add_imu(sample);
     if (i % 2 == 0) {
-      const bool said = detector.add_speed({.time_ns = i * 10 * kMs, .speed_mps = speed(t)});
+      const bool said =
+          detector.add_speed({.time_ns = i * 10 * kMillisecond_ns, .speed_mps = speed(t)});
       standing += said && i >= 200;
       total += i >= 200;
     }
@@ -78,20 +79,20 @@ TEST(StandstillDetector, TakesItsTimeAfterTheWheelsStop) {
   std::int64_t first_ns = -1;
   for (int i = 0; i < 200; ++i) {
     ImuSample sample = resting(0.0);
-    sample.time_ns = i * 10 * kMs;
+    sample.time_ns = i * 10 * kMillisecond_ns;
     detector.add_imu(sample);
     const double speed = i < 100 ? 1.0 : 0.0;
     if (detector.add_speed({.time_ns = sample.time_ns, .speed_mps = speed}) && first_ns < 0) {
       first_ns = sample.time_ns;
     }
   }
-  EXPECT_EQ(first_ns, 1500 * kMs);
+  EXPECT_EQ(first_ns, 1500 * kMillisecond_ns);
 }
 
 TEST(StandstillDetector, SaysNothingWithoutInertialData) {
   StandstillDetector detector{StandstillModel{}};
   for (int i = 0; i < 200; ++i) {
-    EXPECT_FALSE(detector.add_speed({.time_ns = i * 10 * kMs, .speed_mps = 0.0}));
+    EXPECT_FALSE(detector.add_speed({.time_ns = i * 10 * kMillisecond_ns, .speed_mps = 0.0}));
   }
 }
 

@@ -44,11 +44,6 @@ NodeOutcome finished_node() {
   return {std::nullopt, draft};
 }
 
-std::string bytes_of(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
-
 class BuildJournalTest : public ::testing::Test {
  protected:
   [[nodiscard]] BuildJournal open(const std::string& settings = "every 5 m\n") const {
@@ -87,10 +82,10 @@ TEST_F(BuildJournalTest, GivesANodeBackAfterReopening) {
 TEST_F(BuildJournalTest, StoringALoadedNodeChangesNoByte) {
   const BuildJournal journal = open();
   journal.store(7, finished_node());
-  const std::string first = bytes_of(node_file());
+  const std::string first = testing::bytes_of(node_file());
   journal.store(7, journal.load(7));
   EXPECT_FALSE(first.empty());
-  EXPECT_EQ(bytes_of(node_file()), first);
+  EXPECT_EQ(testing::bytes_of(node_file()), first);
 }
 
 TEST_F(BuildJournalTest, RemembersWhyANodeWasRejected) {
@@ -106,7 +101,7 @@ TEST_F(BuildJournalTest, RemembersWhyANodeWasRejected) {
 TEST_F(BuildJournalTest, DamagedNodeIsNotContained) {
   const BuildJournal journal = open();
   journal.store(7, finished_node());
-  std::string bytes = bytes_of(node_file());
+  std::string bytes = testing::bytes_of(node_file());
   bytes.back() = static_cast<char>(bytes.back() ^ 1);
   std::ofstream(node_file(), std::ios::binary) << bytes;
   EXPECT_FALSE(journal.contains(7));

@@ -5,6 +5,7 @@
 #include "topoloc/map/maintenance.hpp"
 #include "topoloc/map/map_file.hpp"
 
+#include "support/temporary_folder.hpp"
 #include "unit/mapping/synthetic_drive.hpp"
 
 #include <algorithm>
@@ -23,11 +24,6 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-std::string bytes_of(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
-
 class MapBuilderTest : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -42,7 +38,7 @@ class MapBuilderTest : public ::testing::Test {
     BuildPaths paths = drive_.paths;
     paths.out += ".uninterrupted";
     build_map(paths, config);
-    return bytes_of(paths.out);
+    return testing::bytes_of(paths.out);
   }
   /// A build that dies after two of its five nodes.
   void interrupt(const BuildConfig& config) const {
@@ -124,7 +120,7 @@ TEST_F(MapBuilderTest, NumberOfThreadsDoesNotChangeAByte) {
   config_.threads = 2;
   const std::string other = built(config_);
   ASSERT_FALSE(other.empty());
-  EXPECT_TRUE(bytes_of(drive_.paths.out) == other);
+  EXPECT_TRUE(testing::bytes_of(drive_.paths.out) == other);
 }
 
 TEST_F(MapBuilderTest, GoesOnAfterAnInterruptionToTheSameFile) {
@@ -137,21 +133,21 @@ TEST_F(MapBuilderTest, GoesOnAfterAnInterruptionToTheSameFile) {
   EXPECT_EQ(report.nodes_written, 5U);
   EXPECT_THAT(fractions, ::testing::ElementsAre(0.6, 0.8, 1.0));
   EXPECT_FALSE(std::filesystem::exists(partial()));
-  EXPECT_TRUE(bytes_of(drive_.paths.out) == built(config_));
+  EXPECT_TRUE(testing::bytes_of(drive_.paths.out) == built(config_));
 }
 
 TEST_F(MapBuilderTest, DoesNotTakeOverNodesOfOtherSettings) {
   interrupt(config_);
   config_.lift.cloud_std_m = 0.06;
   EXPECT_EQ(build_map(drive_.paths, config_).nodes_resumed, 0U);
-  EXPECT_TRUE(bytes_of(drive_.paths.out) == built(config_));
+  EXPECT_TRUE(testing::bytes_of(drive_.paths.out) == built(config_));
 }
 
 TEST_F(MapBuilderTest, DoesNotTakeOverNodesOfAnotherCloud) {
   interrupt(config_);
   drive_.write_cloud(0.01);
   EXPECT_EQ(build_map(drive_.paths, config_).nodes_resumed, 0U);
-  EXPECT_TRUE(bytes_of(drive_.paths.out) == built(config_));
+  EXPECT_TRUE(testing::bytes_of(drive_.paths.out) == built(config_));
 }
 
 TEST_F(MapBuilderTest, LeavesOutFramesThatDoNotMakeANode) {

@@ -33,8 +33,7 @@ std::string small_log(const testing::TemporaryFolder& folder) {
     writer.write(1'000'000 + i, i % 2 == 0 ? "CAMERA" : "POSE", payload_of(i));
   }
   writer.close();
-  std::ifstream stream(folder / "small.lcm", std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  return testing::bytes_of(folder / "small.lcm");
 }
 
 void expect_event(const LogEvent& event, int i) {
