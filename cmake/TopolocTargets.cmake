@@ -49,7 +49,7 @@ function(topoloc_app program)
   endif()
   add_executable(${program} ${sources})
   target_include_directories(${program} PRIVATE ${CMAKE_SOURCE_DIR}/apps)
-  target_link_libraries(${program} PRIVATE topoloc_options ${ARGN} CLI11::CLI11 spdlog::spdlog)
+  target_link_libraries(${program} PRIVATE topoloc_options ${ARGN} CLI11::CLI11 fmt::fmt)
   target_compile_definitions(${program} PRIVATE TOPOLOC_VERSION="${PROJECT_VERSION}"
                                                 TOPOLOC_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
 endfunction()
