@@ -84,12 +84,15 @@ estimation::InitialPose initial_pose(const drive::Drive& drive, const BatchOptio
                              ": no initial pose: give --initial-pose, or a drive with "
                              "ground_truth.tum");
   }
-  // Logged stamps are whole microseconds: even the truth of the first sample may begin after it.
+  // Logged stamps are whole microseconds: the truth of a sample may come a fraction later.
+  constexpr std::int64_t kRounding_ns = 1'000;
   const evaluation::Trajectory& truth = *drive.ground_truth;
+  const std::int64_t truth_ns = truth.front().time_ns;
   constexpr std::int64_t kMaxGap_ns = 1'000'000'000;
-  const auto sample = first_sample_from(drive, std::max(start_ns, truth.front().time_ns));
+  const auto sample = first_sample_from(drive, std::max(start_ns, truth_ns - kRounding_ns));
   if (sample != drive.imu.end() && sample->time_ns - start_ns <= kMaxGap_ns) {
-    if (const auto pose = evaluation::pose_at(truth, sample->time_ns, kMaxGap_ns)) {
+    const std::int64_t time_ns = std::max(sample->time_ns, truth_ns);
+    if (const auto pose = evaluation::pose_at(truth, time_ns, kMaxGap_ns)) {
       return {.time_ns = sample->time_ns, .T_world_imu = *pose};
     }
   }

@@ -76,11 +76,18 @@ TEST_F(BatchTest, DriveWithoutWheelsHasToBeMeant) {
 }
 
 TEST_F(BatchTest, StartsWhereTheTruthBegins) {
-  drive_.write_truth(400'000);  // after the inertial data, 5.6 m on
+  drive_.write_truth(400'000'000);  // after the inertial data, 5.6 m on
   run();
   ASSERT_FALSE(estimates_.empty());
   EXPECT_EQ(estimates_.front().time_ns, 1000 * (StraightDrive::kStart_us + 400'000));
   expect_on_the_way();
+}
+
+TEST_F(BatchTest, TruthAFractionOfAMicrosecondLateCountsAsThere) {
+  drive_.write_truth(110);
+  run();
+  ASSERT_FALSE(estimates_.empty());
+  EXPECT_EQ(estimates_.front().time_ns, 1000 * StraightDrive::kStart_us);
 }
 
 TEST_F(BatchTest, StartsBetweenTwoPosesOfTheTruth) {
@@ -89,7 +96,7 @@ TEST_F(BatchTest, StartsBetweenTwoPosesOfTheTruth) {
 }
 
 TEST_F(BatchTest, TruthThatBeginsLongAfterTheStartIsAnError) {
-  drive_.write_truth(1'100'000);
+  drive_.write_truth(1'100'000'000);
   EXPECT_THAT(complaint(), HasSubstr("no pose at the start"));
 }
 

@@ -35,9 +35,9 @@ class StraightDrive {
     return kSpeed_mps * 1e-9 * static_cast<double>(time_ns - 1000 * kStart_us);
   }
   /// Poses at 10 Hz, the first so long after the first inertial sample.
-  void write_truth(std::int64_t delay_us) const {
+  void write_truth(std::int64_t delay_ns) const {
     evaluation::Trajectory truth;
-    for (std::int64_t t = 1000 * (kStart_us + delay_us); t <= 1000 * (kStart_us + 2'000'000);
+    for (std::int64_t t = 1000 * kStart_us + delay_ns; t <= 1000 * (kStart_us + 2'000'000);
          t += 100'000'000) {
       truth.push_back({t, {Eigen::Matrix3d::Identity(), {x_m(t), 0.0, 0.0}}});
     }
