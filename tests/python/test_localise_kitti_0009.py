@@ -13,6 +13,10 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import onnx
+import onnx.helper
+import onnx.numpy_helper
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -144,6 +148,50 @@ def test_damaged_node_is_reported_and_its_neighbour_used(work: Path) -> None:
     assert all(row["matching"] == "ok" and row["nodes"] == "1" for row in near)
     text = localise(work, work / "damaged.tmap").stdout
     assert "rejected map_node_damaged" in text
+
+
+def write_absurd_matcher(file: Path) -> None:
+    """A model in LighterGlue's place that matches every slot with node features far beyond any."""
+    count = 512
+    slots = {"keypoints": [count, 2], "size": [2], "descriptors": [count, 64], "valid": [count]}
+    inputs = [
+        onnx.helper.make_tensor_value_info(f"{name}{side}", onnx.TensorProto.FLOAT, shape)
+        for side in "01"
+        for name, shape in slots.items()
+    ]
+    results = {
+        "matches0": np.arange(count, dtype=np.int32) + 1_000_000,
+        "scores0": np.ones(count, dtype=np.float32),
+    }
+    nodes = [
+        onnx.helper.make_node("Constant", [], [name], value=onnx.numpy_helper.from_array(values))
+        for name, values in results.items()
+    ]
+    outputs = [
+        onnx.helper.make_tensor_value_info(
+            name, onnx.helper.np_dtype_to_tensor_dtype(values.dtype), [count]
+        )
+        for name, values in results.items()
+    ]
+    graph = onnx.helper.make_graph(nodes, "absurd", inputs, outputs)
+    opset = onnx.helper.make_opsetid("", 17)
+    onnx.save(onnx.helper.make_model(graph, ir_version=8, opset_imports=[opset]), file)
+
+
+def test_matches_with_features_that_are_not_there_are_ignored(work: Path) -> None:
+    models = work / "models"
+    models.mkdir()
+    shipped = ROOT / "third_party" / "cache" / "models"
+    (models / "xfeat_640x384_n512.onnx").symlink_to(shipped / "xfeat_640x384_n512.onnx")
+    write_absurd_matcher(models / "lighterglue_n512.onnx")
+    vehicle = work / "drive" / "vehicle_absurd.yaml"
+    text = (work / "drive" / "vehicle.yaml").read_text()
+    vehicle.write_text(text + f"matching:\n  matcher: lighterglue\n  model_dir: {models}\n")
+    figures = json.loads(
+        done(BIN / "topoloc-localise", "--drive", work / "drive", "--vehicle", vehicle,
+             "--map", work / "map.tmap", "--out", work / "absurd.tum", "--json", "-")
+    )  # fmt: skip
+    assert figures["verdicts"] == {"too_few_matches": figures["frames"]}
 
 
 def test_inspect_shows_what_a_map_holds(work: Path) -> None:
