@@ -13,8 +13,8 @@
 
 namespace topoloc::apps {
 
-/// Progress with time left, on stderr: a bar redrawn in place on a terminal, else a line every ten
-/// per cent. Thread-safe.
+/// Progress with time left, on stderr: a bar redrawn in place on a terminal, else at most a line
+/// every ten per cent. Thread-safe.
 class ProgressBar {
  public:
   explicit ProgressBar(std::string label)
@@ -22,36 +22,39 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
   ~ProgressBar() {
-    if (on_terminal_ && drawn_permille_ >= 0) {
+    if (on_terminal_ && drawn_permille_ >= 0 && drawn_permille_ < kDone) {
       fmt::print(stderr, "\n");
     }
   }
 
-  /// `share` done, 0 to 1.
+  /// `share` done, 0 to 1; a step back is not shown.
   void update(double share) {
     const std::scoped_lock lock(mutex_);
-    const int permille = static_cast<int>(1000.0 * std::clamp(share, 0.0, 1.0));
+    const int permille = static_cast<int>(kDone * std::clamp(share, 0.0, 1.0));
     const int step = on_terminal_ ? 5 : 100;
-    if (permille / step == drawn_permille_ / step && drawn_permille_ >= 0) {
+    if (drawn_permille_ >= 0 && permille / step <= drawn_permille_ / step) {
       return;
     }
     drawn_permille_ = permille;
     const double elapsed_s =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
     const std::string left =
-        permille > 0 ? fmt::format("{:.0f} s left", elapsed_s * (1000 - permille) / permille)
+        permille > 0 ? fmt::format("{:.0f} s left", elapsed_s * (kDone - permille) / permille)
                      : std::string("starting");
     if (on_terminal_) {
       constexpr int kWidth = 40;
-      const int filled = permille * kWidth / 1000;
-      fmt::print(stderr, "\r{} [{}{}] {:3d} %  {:<14}", label_, std::string(filled, '#'),
-                 std::string(kWidth - filled, '.'), permille / 10, left);
+      const int filled = permille * kWidth / kDone;
+      fmt::print(stderr, "\r{} [{}{}] {:3d} %  {:<14}{}", label_, std::string(filled, '#'),
+                 std::string(kWidth - filled, '.'), permille / 10, left,
+                 permille == kDone ? "\n" : "");
     } else {
       fmt::print(stderr, "{}: {:3d} %, {}\n", label_, permille / 10, left);
     }
   }
 
  private:
+  static constexpr int kDone = 1000;
+
   std::string label_;
   bool on_terminal_;
   int drawn_permille_ = -1;

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/evaluation/mounting.hpp"
 
+#include "common/text_file.hpp"
 #include "drive_motion.hpp"
 #include "mounting_report.hpp"
 
@@ -20,6 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace topoloc::evaluation;
+using topoloc::apps::write_text;
 
 /// Above this the positions of an INS contradict its velocity: it has not converged.
 constexpr double kMaxSpeedDisagreement_mps = 1.5;
@@ -44,15 +46,6 @@ std::string read_text(const fs::path& path) {
   return text.str();
 }
 
-void write_text(const fs::path& path, const std::string& text) {
-  std::ofstream file(path);
-  file << text;
-  file.close();
-  if (!file) {
-    throw std::runtime_error(path.string() + ": cannot write");
-  }
-}
-
 std::string drive_name(const fs::path& path) {
   const std::string name = path.filename().string();
   return name.substr(0, name.find('.'));
@@ -71,16 +64,15 @@ void write_vehicle(const Options& options, const Mounting& mounting, const ImuBi
 
 void report(const Options& options, const std::vector<MountingRow>& rows, const MountingRow& all,
             const ImuBias* bias) {
+  if (!options.json.empty()) {
+    write_text(options.json, mounting_json(rows, all, bias));
+  }
   if (options.json == "-") {
-    std::cout << mounting_json(rows, all, bias);
     return;
   }
   print_mounting(std::cout, rows, all);
   if (bias != nullptr) {
     print_imu_bias(std::cout, *bias);
-  }
-  if (!options.json.empty()) {
-    write_text(options.json, mounting_json(rows, all, bias));
   }
 }
 
@@ -140,6 +132,11 @@ int main(int argc, char** argv) {
   CLI::App app("Calibration from recorded drives with a reference.");
   app.set_version_flag("--version", TOPOLOC_VERSION);
   app.require_subcommand(1);
+  app.footer(
+      "Examples:\n"
+      "  topoloc-calibrate vehicle --oxts drives/2011_09_26_*.csv.gz\n"
+      "  topoloc-calibrate vehicle --drive drives/monday --out drives/monday/calibrated.yaml\n"
+      "  topoloc-calibrate vehicle --help");
   CLI::App& vehicle = *app.add_subcommand(
       "vehicle",
       "IMU-to-vehicle rotation (pitch, yaw), lever arm of the wheel reference point, wheel scale");

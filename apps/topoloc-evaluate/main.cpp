@@ -2,10 +2,11 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/evaluation/report.hpp"
 
+#include "common/text_file.hpp"
+
 #include <cmath>
 #include <cstdio>
 #include <exception>
-#include <fstream>
 #include <iostream>
 #include <optional>
 #include <stdexcept>
@@ -37,7 +38,7 @@ std::optional<fs::path> states_of(const Options& options, std::size_t i) {
   if (!options.states.empty()) {
     return options.states[i];
   }
-  const fs::path sibling = fs::path(options.estimates[i]).replace_extension(".states.csv");
+  const fs::path sibling = beside(options.estimates[i], ".states.csv");
   return fs::exists(sibling) ? std::optional(sibling) : std::nullopt;
 }
 
@@ -59,19 +60,6 @@ EvaluatedEstimate evaluate(const Options& options, const Trajectory& reference, 
     result.consistency = consistency(reference, result.states, result.matched.begin_ns, max_gap_ns);
   }
   return result;
-}
-
-void write_text(const std::string& path, const std::string& text) {
-  if (path == "-") {
-    std::cout << text;
-    return;
-  }
-  std::ofstream file(path);
-  file << text;
-  file.close();
-  if (!file) {
-    throw std::runtime_error(path + ": cannot write");
-  }
 }
 
 /// Draws the plots of DIR/errors.csv with the project's Python environment.
@@ -108,7 +96,7 @@ void run(const Options& options) {
     print_table(std::cout, estimates);
   }
   if (!options.json.empty()) {
-    write_text(options.json, to_json(estimates));
+    topoloc::apps::write_text(options.json, to_json(estimates));
   }
   if (!options.plots.empty()) {
     fs::create_directories(options.plots);

@@ -3,13 +3,15 @@
 #include "topoloc/localiser/batch.hpp"
 #include "topoloc/localiser/result_files.hpp"
 
+#include "common/log_damage.hpp"
 #include "common/progress_bar.hpp"
+#include "common/text_file.hpp"
+#include "summary.hpp"
 
 #include <cmath>
 #include <exception>
 #include <filesystem>
-#include <fstream>
-#include <numeric>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -64,65 +66,27 @@ RigidTransform parse_pose(const std::string& text) {
   return RigidTransform::from_quaternion(p, q);
 }
 
-double median(std::vector<double> values) {
-  if (values.empty()) {
-    return 0.0;
+void print_summary(const Options& options, const nlohmann::json& figures,
+                   const topoloc::drive::Drive& drive, const topoloc::drive::FrameLog* frames) {
+  fmt::print(
+      "{}: {} poses, {} frames, {} map updates accepted, {} rejected, {:.0f} inliers and "
+      "{:.1f} ms a frame (medians)\n",
+      options.out.string(), figures["ticks"].get<std::uint64_t>(),
+      figures["frames"].get<std::uint64_t>(), figures["map_updates_accepted"].get<std::uint64_t>(),
+      figures["map_updates_rejected"].get<std::uint64_t>(), figures["median_inliers"].get<double>(),
+      figures["median_frame_ms"].get<double>());
+  for (const auto& [why, count] : figures["rejected"].items()) {
+    fmt::print("  rejected {}: {}\n", why, count.get<std::uint64_t>());
   }
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-nlohmann::json summary(const topoloc::drive::Drive& drive, const localiser::BatchResult& result) {
-  std::vector<double> inliers;
-  std::vector<double> frame_ms;
-  std::map<std::string, int> verdicts;
-  for (const auto& frame : result.frames) {
-    const auto& t = frame.matching.times;
-    frame_ms.push_back(t.undistort_ms + t.extract_ms + t.select_ms + t.match_ms + t.outliers_ms);
-    ++verdicts[std::string(topoloc::matching::to_string(frame.matching.verdict))];
-    if (frame.update) {
-      inliers.push_back(frame.update->result.inliers);
-      ++verdicts[fmt::format("update_{}", topoloc::estimation::name(frame.update->result.verdict))];
+  if (!drive.first_malformed_line.empty()) {
+    fmt::print("first malformed line: {}\n", drive.first_malformed_line);
+  }
+  if (frames != nullptr) {
+    if (!frames->first_error().empty()) {
+      fmt::print("first rejected frame: {}\n", frames->first_error());
     }
+    fmt::print("{}", topoloc::apps::to_text(frames->damage()));
   }
-  const auto& c = result.counters;
-  nlohmann::json rejected(drive.rejected);
-  for (int i = 1; i < topoloc::estimation::kInsertVerdictCount; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const std::string why =
-        topoloc::estimation::name(static_cast<topoloc::estimation::InsertVerdict>(i));
-    const auto note = [&](const char* sensor, std::uint64_t count) {
-      if (count > 0) {
-        rejected[fmt::format("{}_{}", sensor, why)] = count;
-      }
-    };
-    note("imu", c.imu[k]);
-    note("speed", c.speed[k]);
-    note("matches", c.matches[k]);
-  }
-  if (c.speed_gate_rejected > 0) {
-    rejected["speed_innovation_too_large"] = c.speed_gate_rejected;
-  }
-  if (c.speed_unused > 0) {
-    rejected["speed_unused"] = c.speed_unused;
-  }
-  if (result.frames_undecodable > 0) {
-    rejected["frame_undecodable"] = result.frames_undecodable;
-  }
-  if (result.frames_before_start > 0) {
-    rejected["frame_before_start"] = result.frames_before_start;
-  }
-  return {{"ticks", result.estimates.size()},
-          {"frames", result.frames.size()},
-          {"map_updates_accepted", c.map_accepted},
-          {"map_updates_rejected", c.map_rejected},
-          {"doubts", c.doubts},
-          {"imu_gaps", c.imu_gaps},
-          {"median_inliers", median(inliers)},
-          {"median_frame_ms", median(frame_ms)},
-          {"verdicts", verdicts},
-          {"rejected", rejected}};
 }
 
 void run(const Options& options) {
@@ -141,35 +105,27 @@ void run(const Options& options) {
     frames.emplace(topoloc::drive::open_frames(drive));
     map.emplace(options.map);
   }
+  topoloc::drive::FrameLog* const log = frames ? &*frames : nullptr;
+  localiser::ResultFiles files(options.out);
   localiser::BatchResult result;
   {
     topoloc::apps::ProgressBar bar("localising");
-    result = localiser::run_batch(drive, frames ? &*frames : nullptr, map ? &*map : nullptr, batch,
-                                  [&bar](double share) { bar.update(share); });
+    result = localiser::run_batch(
+        drive, log, map ? &*map : nullptr, batch,
+        {.estimate = [&files](const topoloc::estimation::Estimate& e) { files.add(e); },
+         .progress = [&bar](double share) { bar.update(share); }});
   }
-  if (result.estimates.empty()) {
+  if (result.estimates == 0) {
     throw std::runtime_error(options.drive.string() + ": the filter never started");
   }
-  localiser::write_trajectory(options.out, result);
-  localiser::write_states(localiser::states_path(options.out), result);
-  localiser::write_updates(localiser::updates_path(options.out), result);
+  files.finish(result.frames);
 
-  const nlohmann::json figures = summary(drive, result);
-  if (options.json == "-") {
-    fmt::print("{}\n", figures.dump(2));
-    return;
-  }
+  const nlohmann::json figures = summary(drive, log, result);
   if (!options.json.empty()) {
-    std::ofstream(options.json) << figures.dump(2) << "\n";
+    topoloc::apps::write_text(options.json, figures.dump(2) + "\n");
   }
-  fmt::print(
-      "{}: {} poses, {} frames, {} map updates accepted, {} rejected, {:.0f} inliers and "
-      "{:.1f} ms a frame (medians)\n",
-      options.out.string(), result.estimates.size(), result.frames.size(),
-      result.counters.map_accepted, result.counters.map_rejected,
-      figures["median_inliers"].get<double>(), figures["median_frame_ms"].get<double>());
-  for (const auto& [why, count] : figures["rejected"].items()) {
-    fmt::print("  rejected {}: {}\n", why, count.get<std::uint64_t>());
+  if (options.json != "-") {
+    print_summary(options, figures, drive, log);
   }
 }
 
@@ -201,7 +157,8 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--json", options.json, "Write the summary as JSON to this file, - for stdout");
   auto* reckoning =
-      app.add_flag("--dead-reckoning", options.dead_reckoning, "IMU and wheel speed only, no map");
+      app.add_flag("--dead-reckoning", options.dead_reckoning, "IMU and wheel speed only, no map")
+          ->excludes(map);
   try {
     app.parse(argc, argv);
     if (map->count() == 0 && reckoning->count() == 0) {

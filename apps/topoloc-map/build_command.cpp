@@ -3,6 +3,7 @@
 #include "topoloc/mapping/map_builder.hpp"
 
 #include "commands.hpp"
+#include "common/log_damage.hpp"
 #include "common/progress_bar.hpp"
 
 #include <iostream>
@@ -47,6 +48,8 @@ void print_json(const Options& options, const BuildReport& report) {
       {"map_bytes", report.map_bytes},
       {"frames", report.frames},
       {"frames_rejected", report.frames_rejected},
+      {"first_rejected_frame", report.first_frame_error},
+      {"log_damage", topoloc::apps::to_json(report.log_damage)},
       {"frames_of_other_parity", report.selection.frames_of_other_parity},
       {"frames_without_pose", report.selection.frames_without_pose},
       {"travelled_m", report.selection.travelled_m},
@@ -76,12 +79,15 @@ void print_summary(const Options& options, const BuildReport& report) {
                                   : 100.0 * static_cast<double>(report.lifted) /
                                         static_cast<double>(report.features),
              report.mean_depth_std_m);
-  fmt::print("frames: {} usable, {} rejected, {} of the other parity, {} without a pose\n",
-             report.frames, report.frames_rejected, report.selection.frames_of_other_parity,
-             report.selection.frames_without_pose);
+  fmt::print("frames: {} usable, {} of the other parity, {} without a pose\n", report.frames,
+             report.selection.frames_of_other_parity, report.selection.frames_without_pose);
+  for (const auto& [reason, count] : report.frames_rejected) {
+    fmt::print("frames rejected, {}: {}\n", reason, count);
+  }
   if (!report.first_frame_error.empty()) {
     fmt::print("first rejected frame: {}\n", report.first_frame_error);
   }
+  fmt::print("{}", topoloc::apps::to_text(report.log_damage));
   for (const auto& [reason, count] : rejected_by_reason(report)) {
     fmt::print("nodes rejected, {}: {}\n", reason, count);
   }
@@ -106,9 +112,6 @@ Progress bar(const std::string& label) {
       shown->emplace(label);
     }
     (*shown)->update(share);
-    if (share >= 1.0) {
-      shown->reset();
-    }
   };
 }
 

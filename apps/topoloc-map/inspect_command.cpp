@@ -5,15 +5,13 @@
 #include "topoloc/map/summary.hpp"
 
 #include "commands.hpp"
+#include "common/text_file.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <iostream>
 #include <memory>
-#include <stdexcept>
 #include <string>
 
 #include <nlohmann/json.hpp>
@@ -135,18 +133,6 @@ void print_table(const MapFile& map, const MapSummary& summary) {
   }
 }
 
-void write_json(const std::string& file, const ordered_json& json) {
-  if (file == "-") {
-    std::cout << json.dump(2) << '\n';
-    return;
-  }
-  std::ofstream out(file);
-  out << json.dump(2) << '\n';
-  if (!out.flush()) {
-    throw std::runtime_error(file + ": cannot write");
-  }
-}
-
 /// The poses of the nodes as those of the mapping vehicle's IMU, to compare with a trajectory.
 void write_nodes(const std::filesystem::path& file, const MapFile& map) {
   const topoloc::RigidTransform T_cam_imu = map.info().T_imu_cam.inverse();
@@ -164,7 +150,7 @@ void run(const Options& options) {
     print_table(map, summary);
   }
   if (!options.json.empty()) {
-    write_json(options.json, to_json(map, summary));
+    topoloc::apps::write_text(options.json, to_json(map, summary).dump(2) + "\n");
   }
   if (!options.nodes.empty()) {
     write_nodes(options.nodes, map);

@@ -6,6 +6,8 @@
 
 #include <stdexcept>
 
+#include <opencv2/imgcodecs.hpp>
+
 namespace topoloc::drive {
 namespace {
 
@@ -78,6 +80,24 @@ FrameLog open_frames(const Drive& drive) {
   require_file(drive.dir / "camera.lcm");
   return {drive.dir / "camera.lcm", camera.channel, cv::Size(pinhole.width_px, pinhole.height_px),
           camera.kalibr.time_offset_ns};
+}
+
+cv::Mat read_mask(const config::CameraConfig& camera) {
+  if (camera.mask.empty()) {
+    return {};
+  }
+  cv::Mat mask = cv::imread(camera.mask.string(), cv::IMREAD_GRAYSCALE);
+  if (mask.empty()) {
+    throw std::runtime_error(camera.mask.string() + ": the camera mask cannot be read");
+  }
+  const PinholeCamera& pinhole = camera.kalibr.calibration.pinhole;
+  if (mask.size() != cv::Size(pinhole.width_px, pinhole.height_px)) {
+    throw std::runtime_error(camera.mask.string() + ": the camera mask is " +
+                             std::to_string(mask.cols) + "x" + std::to_string(mask.rows) +
+                             ", the calibration says " + std::to_string(pinhole.width_px) + "x" +
+                             std::to_string(pinhole.height_px));
+  }
+  return mask;
 }
 
 }  // namespace topoloc::drive

@@ -84,6 +84,16 @@ cv::Mat FrameLog::grey(std::size_t index) {
   return grey;
 }
 
+std::map<std::string, std::uint64_t> FrameLog::rejected() const {
+  std::map<std::string, std::uint64_t> counts;
+  for (std::size_t i = 0; i < kFrameRejectCount; ++i) {
+    if (rejected_[i] > 0) {
+      counts[std::string(name(static_cast<FrameReject>(i)))] = rejected_[i];
+    }
+  }
+  return counts;
+}
+
 void FrameLog::reject(FrameReject reason, std::size_t event, std::string_view what) {
   ++rejected_[static_cast<std::size_t>(reason)];
   if (first_error_.empty()) {

@@ -11,6 +11,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace topoloc::evaluation {
 namespace {
@@ -178,39 +179,60 @@ Trajectory read_tum(const std::filesystem::path& path) {
   return trajectory;
 }
 
-void write_tum(const std::filesystem::path& path, const Trajectory& trajectory) {
-  std::ofstream file(path, std::ios::binary);
-  if (!file) {
-    throw std::runtime_error(path.string() + ": cannot open for writing");
+TumWriter::TumWriter(std::filesystem::path path)
+    : path_(std::move(path)), file_(path_, std::ios::binary) {
+  if (!file_) {
+    throw std::runtime_error(path_.string() + ": cannot open for writing");
   }
-  file << "# t[s] tx ty tz[m] qx qy qz qw (T_world_imu)\n";
+  file_ << "# t[s] tx ty tz[m] qx qy qz qw (T_world_imu)\n";
+}
+
+void TumWriter::write(const StampedPose& pose) {
+  if (!pose.T_world_imu.R.allFinite() || !pose.T_world_imu.p.allFinite()) {
+    throw std::runtime_error(path_.string() + ": pose at " + std::to_string(pose.time_ns) +
+                             " ns is not finite");
+  }
+  Eigen::Quaterniond q = pose.T_world_imu.quaternion();
+  if (q.w() < 0.0) {
+    q.coeffs() = -q.coeffs();
+  }
+  const Eigen::Vector3d& p = pose.T_world_imu.p;
+  const std::int64_t seconds = pose.time_ns / kNsPerSecond;
+  const std::int64_t rest_ns = std::abs(pose.time_ns % kNsPerSecond);
   std::array<char, 512> line{};
+  const int length = std::snprintf(
+      line.data(), line.size(), "%s%lld.%09lld %.6f %.6f %.6f %.9f %.9f %.9f %.9f\n",
+      pose.time_ns < 0 ? "-" : "", static_cast<long long>(std::abs(seconds)),
+      static_cast<long long>(rest_ns), p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
+  if (length <= 0 || static_cast<std::size_t>(length) >= line.size()) {
+    throw std::runtime_error(path_.string() + ": pose at " + std::to_string(pose.time_ns) +
+                             " ns cannot be written as text");
+  }
+  file_.write(line.data(), length);
+}
+
+void TumWriter::close() {
+  file_.close();
+  if (!file_) {
+    throw std::runtime_error(path_.string() + ": write error");
+  }
+}
+
+void write_tum(const std::filesystem::path& path, const Trajectory& trajectory) {
+  TumWriter writer(path);
   for (const StampedPose& pose : trajectory) {
-    if (!pose.T_world_imu.R.allFinite() || !pose.T_world_imu.p.allFinite()) {
-      throw std::runtime_error(path.string() + ": pose at " + std::to_string(pose.time_ns) +
-                               " ns is not finite");
-    }
-    Eigen::Quaterniond q = pose.T_world_imu.quaternion();
-    if (q.w() < 0.0) {
-      q.coeffs() = -q.coeffs();
-    }
-    const Eigen::Vector3d& p = pose.T_world_imu.p;
-    const std::int64_t seconds = pose.time_ns / kNsPerSecond;
-    const std::int64_t rest_ns = std::abs(pose.time_ns % kNsPerSecond);
-    const int length = std::snprintf(
-        line.data(), line.size(), "%s%lld.%09lld %.6f %.6f %.6f %.9f %.9f %.9f %.9f\n",
-        pose.time_ns < 0 ? "-" : "", static_cast<long long>(std::abs(seconds)),
-        static_cast<long long>(rest_ns), p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
-    if (length <= 0 || static_cast<std::size_t>(length) >= line.size()) {
-      throw std::runtime_error(path.string() + ": pose at " + std::to_string(pose.time_ns) +
-                               " ns cannot be written as text");
-    }
-    file.write(line.data(), length);
+    writer.write(pose);
   }
-  file.close();
-  if (!file) {
-    throw std::runtime_error(path.string() + ": write error");
+  writer.close();
+}
+
+std::filesystem::path beside(const std::filesystem::path& trajectory, std::string_view suffix) {
+  std::filesystem::path path = trajectory;
+  if (path.extension() == ".tum") {
+    path.replace_extension();
   }
+  path += suffix;
+  return path;
 }
 
 std::optional<RigidTransform> pose_at(const Trajectory& trajectory, std::int64_t time_ns,

@@ -8,7 +8,7 @@
 #include <memory>
 #include <stdexcept>
 
-#include <opencv2/imgcodecs.hpp>
+#include <fmt/core.h>
 
 namespace topoloc::localiser {
 namespace {
@@ -37,18 +37,41 @@ class Feed {
   std::size_t next_ = 0;
 };
 
+using ImuIterator = std::vector<estimation::ImuSample>::const_iterator;
+
+ImuIterator first_sample_from(const drive::Drive& drive, std::int64_t time_ns) {
+  return std::lower_bound(
+      drive.imu.begin(), drive.imu.end(), time_ns,
+      [](const estimation::ImuSample& sample, std::int64_t time) { return sample.time_ns < time; });
+}
+
 /// The first inertial sample from the wanted start on.
 std::int64_t start_time(const drive::Drive& drive, const BatchOptions& options) {
   const std::int64_t wanted_ns =
       drive.imu.front().time_ns + static_cast<std::int64_t>(std::llround(options.start_s * 1e9));
-  const auto first = std::lower_bound(
-      drive.imu.begin(), drive.imu.end(), wanted_ns,
-      [](const estimation::ImuSample& sample, std::int64_t time) { return sample.time_ns < time; });
+  const auto first = first_sample_from(drive, wanted_ns);
   if (first == drive.imu.end()) {
     throw std::runtime_error(drive.dir.string() + ": the drive ends before the start at " +
                              std::to_string(options.start_s) + " s");
   }
   return first->time_ns;
+}
+
+void check_pauses(const drive::Drive& drive, std::int64_t start_ns) {
+  const auto pause = std::adjacent_find(
+      first_sample_from(drive, start_ns), drive.imu.end(),
+      [](const estimation::ImuSample& sample, const estimation::ImuSample& next) {
+        return 1e-9 * static_cast<double>(next.time_ns - sample.time_ns) > kMaxPause_s;
+      });
+  if (pause == drive.imu.end()) {
+    return;
+  }
+  throw std::runtime_error(
+      fmt::format("{}: no IMU sample from {:.6f} to {:.6f} s: a wrong time stamp, or a pause of "
+                  "more than {:.0f} "
+                  "s (--start-seconds can begin after it)",
+                  (drive.dir / "can.log").string(), 1e-9 * static_cast<double>(pause->time_ns),
+                  1e-9 * static_cast<double>(std::next(pause)->time_ns), kMaxPause_s));
 }
 
 estimation::InitialPose initial_pose(const drive::Drive& drive, const BatchOptions& options,
@@ -61,17 +84,20 @@ estimation::InitialPose initial_pose(const drive::Drive& drive, const BatchOptio
                              ": no initial pose: give --initial-pose, or a drive with "
                              "ground_truth.tum");
   }
-  // Stamps of the CAN log are whole microseconds: the truth may begin a fraction later.
+  // Logged stamps are whole microseconds: the truth of a sample may come a fraction later.
+  constexpr std::int64_t kRounding_ns = 1'000;
   const evaluation::Trajectory& truth = *drive.ground_truth;
-  const std::int64_t time_ns = std::clamp(start_ns, truth.front().time_ns, truth.back().time_ns);
+  const std::int64_t truth_ns = truth.front().time_ns;
   constexpr std::int64_t kMaxGap_ns = 1'000'000'000;
-  const auto pose = evaluation::pose_at(truth, time_ns, kMaxGap_ns);
-  if (!pose || std::abs(time_ns - start_ns) > kMaxGap_ns) {
-    throw std::runtime_error(drive.dir.string() +
-                             ": ground_truth.tum has no pose at the start; give "
-                             "--initial-pose");
+  const auto sample = first_sample_from(drive, std::max(start_ns, truth_ns - kRounding_ns));
+  if (sample != drive.imu.end() && sample->time_ns - start_ns <= kMaxGap_ns) {
+    const std::int64_t time_ns = std::max(sample->time_ns, truth_ns);
+    if (const auto pose = evaluation::pose_at(truth, time_ns, kMaxGap_ns)) {
+      return {.time_ns = sample->time_ns, .T_world_imu = *pose};
+    }
   }
-  return {.time_ns = start_ns, .T_world_imu = *pose};
+  throw std::runtime_error(drive.dir.string() +
+                           ": ground_truth.tum has no pose at the start; give --initial-pose");
 }
 
 /// Frames, matcher and the results on their way.
@@ -82,7 +108,7 @@ class FramePipeline {
       : log_(log),
         options_(options),
         matcher_(drive.vehicle.matching, map, drive.vehicle.camera.kalibr.calibration,
-                 drive.vehicle.camera.kalibr.T_imu_cam, read_mask(drive)) {}
+                 drive.vehicle.camera.kalibr.T_imu_cam, drive::read_mask(drive.vehicle.camera)) {}
 
   /// Matches the frames up to now with the prediction for their time.
   void take_frames(std::int64_t now_ns, const estimation::Estimator& estimator,
@@ -109,18 +135,6 @@ class FramePipeline {
   }
 
  private:
-  static cv::Mat read_mask(const drive::Drive& drive) {
-    const auto& file = drive.vehicle.camera.mask;
-    if (file.empty()) {
-      return {};
-    }
-    cv::Mat mask = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
-    if (mask.empty()) {
-      throw std::runtime_error(file.string() + ": cannot read the camera mask");
-    }
-    return mask;
-  }
-
   void match(std::size_t index, const estimation::Estimator& estimator, BatchResult& result) {
     const std::int64_t time_ns = log_.time_ns(index);
     estimation::Covariance P;
@@ -131,8 +145,7 @@ class FramePipeline {
     }
     const cv::Mat image = log_.grey(index);
     if (image.empty()) {
-      ++result.frames_undecodable;
-      return;
+      return;  // counted by the log
     }
     std::unique_ptr<estimation::MapMatchSet> set;
     if (spare_.empty()) {
@@ -203,13 +216,14 @@ bool selected(FrameSelection selection, std::size_t index) {
 }
 
 BatchResult run_batch(const drive::Drive& drive, drive::FrameLog* frames, const map::MapFile* map,
-                      const BatchOptions& options, const Progress& progress) {
+                      const BatchOptions& options, const BatchObserver& observer) {
   estimation::EstimatorConfig config = drive.vehicle.estimator;
-  config.use_speed = options.use_speed;
+  config.use_speed = config.use_speed && options.use_speed;
   if (config.use_speed && drive.speed.empty()) {
     throw std::runtime_error(
         drive.dir.string() +
-        ": the drive has no wheel speed; run with --no-speed if that is meant");
+        ": the drive has no wheel speed; if that is meant, run with --no-speed, or with 'speed: "
+        "{use: false}' in vehicle.yaml");
   }
   estimation::Estimator estimator(config);
   std::unique_ptr<FramePipeline> pipeline;
@@ -221,6 +235,7 @@ BatchResult run_batch(const drive::Drive& drive, drive::FrameLog* frames, const 
   Feed imu(drive.imu);
   Feed speed(drive.speed);
   const std::int64_t start_ns = start_time(drive, options);
+  check_pauses(drive, start_ns);
   imu.until(start_ns - 1);  // left out, as if the log began at the start
   speed.until(start_ns - 1);
   const std::int64_t end_ns = drive.imu.back().time_ns;
@@ -237,13 +252,16 @@ BatchResult run_batch(const drive::Drive& drive, drive::FrameLog* frames, const 
     start_pose.reset();
     const estimation::Estimate& estimate = estimator.tick(now_ns, inputs);
     if (estimate.mode != estimation::Mode::kUninitialised) {
-      result.estimates.push_back(estimate);
+      ++result.estimates;
+      if (observer.estimate) {
+        observer.estimate(estimate);
+      }
     }
     result.counters = estimate.counters;
     note_updates(estimator.map_reports(), result);
-    if (progress) {
-      progress(static_cast<double>(now_ns - start_ns) /
-               static_cast<double>(std::max<std::int64_t>(1, end_ns - start_ns)));
+    if (observer.progress) {
+      observer.progress(static_cast<double>(now_ns - start_ns) /
+                        static_cast<double>(std::max<std::int64_t>(1, end_ns - start_ns)));
     }
   }
   return result;

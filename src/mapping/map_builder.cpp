@@ -234,10 +234,9 @@ BuildReport build_map(const BuildPaths& paths, const BuildConfig& config,
   // Always through the journal, so that a resumed build cannot differ from an uninterrupted one.
   assemble(paths.out, info, journal, report);
   journal.remove();
-  for (std::size_t i = 0; i < drive::kFrameRejectCount; ++i) {
-    report.frames_rejected += frames.rejected(static_cast<drive::FrameReject>(i));
-  }
+  report.frames_rejected = frames.rejected();
   report.first_frame_error = frames.first_error();
+  report.log_damage = frames.damage();
   return report;
 }
 

@@ -2,11 +2,10 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "mapping/node_maker.hpp"
 
+#include "topoloc/drive/drive.hpp"
 #include "topoloc/geometry/so3.hpp"
 #include "topoloc/map/depth_codec.hpp"
 #include "topoloc/map/feature_record.hpp"
-
-#include <stdexcept>
 
 #include <opencv2/imgcodecs.hpp>
 
@@ -17,17 +16,6 @@ namespace {
 matching::MatchingConfig single_threaded(matching::MatchingConfig config) {
   config.threads = 1;
   return config;
-}
-
-cv::Mat raw_mask(const config::CameraConfig& camera) {
-  if (camera.mask.empty()) {
-    return {};
-  }
-  cv::Mat mask = cv::imread(camera.mask.string(), cv::IMREAD_GRAYSCALE);
-  if (mask.empty()) {
-    throw std::runtime_error(camera.mask.string() + ": mask image cannot be read");
-  }
-  return mask;
 }
 
 std::vector<std::byte> encode_jpeg(const cv::Mat& grey) {
@@ -62,7 +50,7 @@ NodeMaker::NodeMaker(const NodeContext& context)
                    matching::matching_camera(context.vehicle.matching)),
       extractor_(matching::make_extractor(single_threaded(context.vehicle.matching))),
       features_(extractor_->max_features(), extractor_->identity().descriptor_dim) {
-  extractor_->set_mask(undistorter_.mask(raw_mask(context.vehicle.camera),
+  extractor_->set_mask(undistorter_.mask(drive::read_mask(context.vehicle.camera),
                                          context.vehicle.matching.mask_erosion_px));
 }
 

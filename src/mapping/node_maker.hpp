@@ -39,7 +39,6 @@ class NodeMaker {
 
   /// `raw`: CV_8UC1 as the camera gave it; empty where it did not decode.
   NodeOutcome make(const PlannedNode& node, const cv::Mat& raw);
-  [[nodiscard]] const map::ModelIdentity& model() const { return extractor_->identity(); }
 
  private:
   NodeContext context_;

@@ -60,8 +60,10 @@ void LighterGlueMatcher::match(const FeatureSet& query, const FeatureSet& node,
     return;
   }
   model_.run();
-  for (std::size_t q = 0; q < matches_.size(); ++q) {
-    if (matches_[q] >= 0 && scores_[q] >= min_score_) {
+  // A model file of the user's own may answer with slots that hold no feature.
+  const std::size_t queries = std::min(matches_.size(), static_cast<std::size_t>(query.count));
+  for (std::size_t q = 0; q < queries; ++q) {
+    if (matches_[q] >= 0 && matches_[q] < node.count && scores_[q] >= min_score_) {
       out.push_back({.query = static_cast<int>(q), .node = matches_[q], .score = scores_[q]});
     }
   }

@@ -166,11 +166,13 @@ FrameReport MapMatcher::Impl::match(std::int64_t time_ns, const cv::Mat& raw_gre
 }
 
 void MapMatcher::Impl::select_nodes(const RigidTransform& T_world_cam, FrameReport& report) {
-  std::array<std::uint32_t, estimation::kMaxMatchedNodes> ids{};
-  const int found = index.nearest(T_world_cam, config.nodes_per_frame, config.max_node_distance_m,
-                                  config.max_node_heading_rad, ids);
+  // More than are used: where the nearest is damaged, its neighbour may be intact.
+  std::array<std::uint32_t, NodeCache::kNodes> ids{};
+  const int found = index.nearest(T_world_cam, static_cast<int>(ids.size()),
+                                  config.max_node_distance_m, config.max_node_heading_rad, ids);
+  const auto wanted = static_cast<std::size_t>(config.nodes_per_frame);
   nodes.clear();
-  for (int i = 0; i < found; ++i) {
+  for (int i = 0; i < found && nodes.size() < wanted; ++i) {
     const NodeFeatures& node = cache.node(ids[static_cast<std::size_t>(i)]);
     if (!node.intact) {
       ++report.damaged_nodes;

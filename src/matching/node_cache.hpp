@@ -29,13 +29,14 @@ struct NodeFeatures {
 /// The nodes used last: a node is seen by tens of frames, and unpacked once.
 class NodeCache {
  public:
+  static constexpr std::size_t kNodes = 2 * estimation::kMaxMatchedNodes;
+
   explicit NodeCache(const map::MapFile& map) : map_(&map) {}
 
-  /// Stays valid until kNodes - 1 other nodes were asked for.
+  /// Stays valid while no more than kNodes - 1 other nodes are asked for.
   const NodeFeatures& node(std::uint32_t id);
 
  private:
-  static constexpr std::size_t kNodes = 2 * estimation::kMaxMatchedNodes;
   void unpack(std::uint32_t id, NodeFeatures& out) const;
 
   const map::MapFile* map_;

@@ -5,11 +5,18 @@ even frames, the odd frames localised in it. And what the programs say to bad in
 
 from __future__ import annotations
 
+import csv
 import json
 import os
+import shutil
 import subprocess
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+import onnx
+import onnx.helper
+import onnx.numpy_helper
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -113,3 +120,161 @@ def test_dbc_without_the_signals_is_refused(work: Path) -> None:
                  "--map", work / "map.tmap", "--out", work / "estimate.tum")  # fmt: skip
     assert result.returncode == 1
     assert "IMU_ACCEL" in result.stderr
+
+
+def inspect(map_file: Path) -> dict[str, Any]:
+    figures: dict[str, Any] = json.loads(done(BIN / "topoloc-map", "inspect", map_file,
+                                              "--json", "-"))  # fmt: skip
+    return figures
+
+
+def test_damaged_node_is_reported_and_its_neighbour_used(work: Path) -> None:
+    content = bytearray((work / "map.tmap").read_bytes())
+    features = next(s for s in inspect(work / "map.tmap")["sections"] if s["name"] == "FEAT")
+    content[features["offset"] + features["length"] // 2] ^= 1
+    (work / "damaged.tmap").write_bytes(content)
+    verdict = run(BIN / "topoloc-map", "verify", work / "damaged.tmap")
+    assert verdict.returncode == 1
+    figures = json.loads(
+        done(BIN / "topoloc-localise", "--drive", work / "drive", "--map", work / "damaged.tmap",
+             "--frames", "odd", "--out", work / "damaged.tum", "--json", "-")
+    )  # fmt: skip
+    assert figures["rejected"]["map_node_damaged"] >= 1
+    assert figures["map_updates_accepted"] == figures["frames"]
+    with (work / "damaged.updates.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    near = [row for row in rows if row["damaged_nodes"] != "0"]
+    assert near
+    assert all(row["matching"] == "ok" and row["nodes"] == "1" for row in near)
+    text = localise(work, work / "damaged.tmap").stdout
+    assert "rejected map_node_damaged" in text
+
+
+def write_absurd_matcher(file: Path) -> None:
+    """A model in LighterGlue's place that matches every slot with node features far beyond any."""
+    count = 512
+    slots = {"keypoints": [count, 2], "size": [2], "descriptors": [count, 64], "valid": [count]}
+    inputs = [
+        onnx.helper.make_tensor_value_info(f"{name}{side}", onnx.TensorProto.FLOAT, shape)
+        for side in "01"
+        for name, shape in slots.items()
+    ]
+    results = {
+        "matches0": np.arange(count, dtype=np.int32) + 1_000_000,
+        "scores0": np.ones(count, dtype=np.float32),
+    }
+    nodes = [
+        onnx.helper.make_node("Constant", [], [name], value=onnx.numpy_helper.from_array(values))
+        for name, values in results.items()
+    ]
+    outputs = [
+        onnx.helper.make_tensor_value_info(
+            name, onnx.helper.np_dtype_to_tensor_dtype(values.dtype), [count]
+        )
+        for name, values in results.items()
+    ]
+    graph = onnx.helper.make_graph(nodes, "absurd", inputs, outputs)
+    opset = onnx.helper.make_opsetid("", 17)
+    onnx.save(onnx.helper.make_model(graph, ir_version=8, opset_imports=[opset]), file)
+
+
+def test_matches_with_features_that_are_not_there_are_ignored(work: Path) -> None:
+    models = work / "models"
+    models.mkdir()
+    shipped = ROOT / "third_party" / "cache" / "models"
+    (models / "xfeat_640x384_n512.onnx").symlink_to(shipped / "xfeat_640x384_n512.onnx")
+    write_absurd_matcher(models / "lighterglue_n512.onnx")
+    vehicle = work / "drive" / "vehicle_absurd.yaml"
+    text = (work / "drive" / "vehicle.yaml").read_text()
+    vehicle.write_text(text + f"matching:\n  matcher: lighterglue\n  model_dir: {models}\n")
+    figures = json.loads(
+        done(BIN / "topoloc-localise", "--drive", work / "drive", "--vehicle", vehicle,
+             "--map", work / "map.tmap", "--out", work / "absurd.tum", "--json", "-")
+    )  # fmt: skip
+    assert figures["verdicts"] == {"too_few_matches": figures["frames"]}
+
+
+def test_inspect_shows_what_a_map_holds(work: Path) -> None:
+    figures = inspect(work / "map.tmap")
+    assert figures["nodes"] >= 10
+    assert not figures["stripped"]
+    assert figures["spacing_m"]["max"] >= figures["spacing_m"]["min"] > 0
+    assert 0.3 <= figures["lifted_share"]["mean"] <= 1
+    assert {"FEAT", "NODE"} <= {section["name"] for section in figures["sections"]}
+    assert figures["file_size"] == (work / "map.tmap").stat().st_size
+    text = done(BIN / "topoloc-map", "inspect", work / "map.tmap")
+    assert f"{figures['nodes']} over {figures['length_m']:.1f} m" in text
+    assert f"{figures['file_size']} bytes" in text
+    done(BIN / "topoloc-map", "inspect", work / "map.tmap", "--json", work / "inspect.json",
+         "--nodes", work / "nodes.tum")  # fmt: skip
+    assert json.loads((work / "inspect.json").read_text()) == figures
+    poses = [p for p in (work / "nodes.tum").read_text().splitlines() if not p.startswith("#")]
+    assert len(poses) == figures["nodes"]
+
+
+def test_broken_logs_are_reported(work: Path) -> None:
+    """What docs/drive-folder.md promises: counted by reason, the first one named."""
+    drive = work / "broken"
+    shutil.copytree(work / "drive", drive)
+    lines = (drive / "can.log").read_text().splitlines(keepends=True)
+    (drive / "can.log").write_text("".join([*lines[:8], "garbage\n", *lines[8:]]))
+    log = drive / "camera.lcm"
+    log.write_bytes(log.read_bytes()[:-1000])
+    command: list[str | Path] = [
+        BIN / "topoloc-localise", "--drive", drive, "--map", work / "map.tmap",
+        "--frames", "odd", "--out", work / "broken.tum",
+    ]  # fmt: skip
+    text = done(*command)
+    assert "rejected malformed line: 1" in text
+    assert "broken/can.log:9" in text
+    assert "damaged log" in text
+    figures = json.loads(done(*command, "--json", "-"))
+    assert figures["rejected"]["malformed line"] == 1
+    assert "broken/can.log:9" in figures["first_malformed_line"]
+    assert figures["log_damage"]["truncated"]
+    built = done(BIN / "topoloc-map", "build", "--drive", drive, "--cloud", drive / "cloud.ply",
+                 "--trajectory", drive / "ground_truth.tum", "--every-metres", "40",
+                 "--out", work / "broken.tmap")  # fmt: skip
+    assert "damaged log" in built
+
+
+def test_map_and_dead_reckoning_exclude_each_other(work: Path) -> None:
+    result = run(BIN / "topoloc-localise", "--drive", work / "drive", "--map", work / "map.tmap",
+                 "--dead-reckoning", "--out", work / "estimate.tum")  # fmt: skip
+    assert result.returncode == 2
+    assert "--map" in result.stderr
+    assert "--dead-reckoning" in result.stderr
+
+
+def test_summary_that_cannot_be_written_is_an_error(work: Path) -> None:
+    result = run(BIN / "topoloc-localise", "--drive", work / "drive", "--dead-reckoning",
+                 "--out", work / "reckoned.tum", "--json", work / "nowhere" / "s.json")  # fmt: skip
+    assert result.returncode == 1
+    assert "nowhere/s.json" in result.stderr
+
+
+def test_mask_of_another_size_names_its_file(work: Path) -> None:
+    drive = work / "masked"
+    shutil.copytree(work / "drive", drive)
+    (drive / "mask.pgm").write_bytes(b"P5 2 2 255\n" + bytes(4))
+    text = (drive / "vehicle.yaml").read_text()
+    assert "\ncamera:" in text
+    (drive / "vehicle.yaml").write_text(text.replace("\ncamera:", "\ncamera:\n  mask: mask.pgm"))
+    localised = run(BIN / "topoloc-localise", "--drive", drive, "--map", work / "map.tmap",
+                    "--out", work / "masked.tum")  # fmt: skip
+    built = run(BIN / "topoloc-map", "build", "--drive", drive, "--cloud", drive / "cloud.ply",
+                "--trajectory", drive / "ground_truth.tum", "--out", work / "m.tmap")  # fmt: skip
+    for result in (localised, built):
+        assert result.returncode == 1
+        assert "mask.pgm" in result.stderr
+        assert "2x2" in result.stderr
+
+
+def test_progress_is_at_most_a_line_every_ten_percent(work: Path) -> None:
+    lines = localise(work, work / "map.tmap").stderr.splitlines()
+    assert 2 <= len(lines) <= 11
+
+
+@pytest.mark.parametrize("program", ["topoloc-map", "topoloc-calibrate"])
+def test_help_has_examples(program: str) -> None:
+    assert "Examples:" in done(BIN / program, "--help")

@@ -5,9 +5,11 @@ localised in it, initial pose wrong by 1 m and 3 degrees, errors from 2 s on."""
 
 from __future__ import annotations
 
+import csv
 import os
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -72,6 +74,11 @@ def test_bears_nodes_20_m_apart(table: accuracy_table.Table) -> None:
     figures = table.figures(row("nodes 20 m"))
     assert figures["apet_m"] <= 0.20
     assert figures["coverage"] >= 0.99
+    states = max(table.work.glob("est_*.states.csv"), key=lambda path: path.stat().st_mtime_ns)
+    with states.open() as file:
+        modes = Counter(line["mode"] for line in csv.DictReader(file))
+    assert modes["lost"] == 0
+    assert modes["tracking"] >= 0.9 * modes.total()
 
 
 def test_wrong_camera_stamps_show_as_longitudinal_error(

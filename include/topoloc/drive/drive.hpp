@@ -38,4 +38,9 @@ Drive load_drive(const std::filesystem::path& dir, const std::filesystem::path& 
 /// Opens camera.lcm of a drive with the channel, image size and time offset of its vehicle.
 FrameLog open_frames(const Drive& drive);
 
+/// The mask that a camera's configuration names: CV_8UC1 of the raw image's size, 0 = ignore; empty
+/// where it names none. Throws std::runtime_error that names the file where it cannot be read or
+/// has another size.
+cv::Mat read_mask(const config::CameraConfig& camera);
+
 }  // namespace topoloc::drive

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -45,6 +46,8 @@ class FrameLog {
   [[nodiscard]] std::uint64_t rejected(FrameReject reason) const {
     return rejected_[static_cast<std::size_t>(reason)];
   }
+  /// The same by name; reasons that did not occur are left out.
+  [[nodiscard]] std::map<std::string, std::uint64_t> rejected() const;
   /// First rejection in words, with file and message number; empty if there was none.
   [[nodiscard]] const std::string& first_error() const { return first_error_; }
   [[nodiscard]] const transport::LogDamage& damage() const { return log_.damage(); }

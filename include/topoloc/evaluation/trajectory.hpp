@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -31,10 +32,27 @@ std::optional<std::int64_t> parse_seconds_ns(std::string_view text);
 /// infinity, a quaternion whose norm is not 1 (to 1 %), times that do not increase, no pose at all.
 Trajectory read_tum(const std::filesystem::path& path);
 
-/// Writes a TUM trajectory: time with nine decimals (exact), position to 1e-6 m, quaternion to 1e-9
-/// with qw >= 0. The same poses always give the same bytes. Throws std::runtime_error on I/O
-/// errors.
+/// Writes a TUM trajectory pose by pose: time with nine decimals (exact), position to 1e-6 m,
+/// quaternion to 1e-9 with qw >= 0. The same poses always give the same bytes. All members throw
+/// std::runtime_error on I/O errors.
+class TumWriter {
+ public:
+  explicit TumWriter(std::filesystem::path path);
+  /// Throws std::runtime_error on a pose that is not finite, too.
+  void write(const StampedPose& pose);
+  void close();
+
+ private:
+  std::filesystem::path path_;
+  std::ofstream file_;
+};
+
+/// Writes a whole trajectory with TumWriter.
 void write_tum(const std::filesystem::path& path, const Trajectory& trajectory);
+
+/// File that lies beside a trajectory EST.tum: EST<suffix>. Only ".tum" is taken off: est_0.5 and
+/// est_0.8 are two names.
+std::filesystem::path beside(const std::filesystem::path& trajectory, std::string_view suffix);
 
 /// Pose at a time, interpolated between the two neighbours (straight line, constant rotation rate).
 /// Nothing outside the trajectory (never extrapolates) and nothing where the neighbours are more

@@ -27,8 +27,8 @@ struct BatchOptions {
   FrameSelection frames = FrameSelection::kAll;
   double start_s = 0.0;  ///< after the first inertial sample; what comes before is left out
   /// T_world_imu at the start; without it the drive's ground truth gives it.
-  std::optional<RigidTransform> initial_pose;
-  bool use_speed = true;
+  std::optional<RigidTransform> initial_pose = std::nullopt;
+  bool use_speed = true;       ///< false: not even where vehicle.yaml says so
   double rate_hz = 200.0;      ///< ticks per second of drive time
   double match_delay_s = 0.0;  ///< how late match results reach the estimator
 };
@@ -43,20 +43,32 @@ struct FrameRecord {
 };
 
 struct BatchResult {
-  std::vector<estimation::Estimate> estimates;  ///< one a tick, from the start of the filter on
-  std::vector<FrameRecord> frames;
-  std::uint64_t frames_undecodable = 0;
+  std::uint64_t estimates = 0;      ///< handed to BatchObserver::estimate
+  std::vector<FrameRecord> frames;  ///< those that decoded, from the start of the filter on
   std::uint64_t frames_before_start = 0;
   estimation::Counters counters;
 };
 
-/// Called after each tick with the share of the drive done, 0 to 1.
-using Progress = std::function<void(double share)>;
+/// What a run tells while it goes.
+struct BatchObserver {
+  /// Of each tick, from the start of the filter on: not kept, an hour of them is gigabytes.
+  std::function<void(const estimation::Estimate&)> estimate;
+  std::function<void(double share)> progress;  ///< after each tick: of the drive, 0 to 1
+};
+
+/// A longer time without inertial samples is taken for a wrong time stamp: ticking through it could
+/// take for ever.
+inline constexpr double kMaxPause_s = 60.0;
 
 /// Runs the localiser over a recorded drive as fast as it can, tick by tick in drive time: what the
 /// vehicle process does with the same inputs. Deterministic. Without a map: dead reckoning.
-/// Throws std::runtime_error where the drive has no initial pose or no data to start with.
+///
+/// Where the ground truth gives the initial pose, the filter starts with the first inertial sample
+/// that it covers, at most one second after the start asked for.
+///
+/// Throws std::runtime_error where the drive has no initial pose, no data to start with, no wheel
+/// speed although it is to be used, or a pause of more than kMaxPause_s.
 BatchResult run_batch(const drive::Drive& drive, drive::FrameLog* frames, const map::MapFile* map,
-                      const BatchOptions& options, const Progress& progress = {});
+                      const BatchOptions& options, const BatchObserver& observer);
 
 }  // namespace topoloc::localiser

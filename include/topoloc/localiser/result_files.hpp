@@ -5,21 +5,34 @@
 #include "topoloc/localiser/batch.hpp"
 
 #include <filesystem>
+#include <memory>
+#include <span>
 
 namespace topoloc::localiser {
 
-/// Files beside a trajectory EST.tum.
-std::filesystem::path states_path(const std::filesystem::path& trajectory);   ///< EST.states.csv
-std::filesystem::path updates_path(const std::filesystem::path& trajectory);  ///< EST.updates.csv
+/// The files of one run, written while it goes, so that a long one needs no memory for them:
+/// - EST.tum: the pose T_world_imu of every tick;
+/// - EST.states.csv: full state, mode and pose covariance of every tick (upper triangle, order
+///   theta [rad, IMU axes], p [m, world axes]);
+/// - EST.updates.csv: matching and update figures of every frame. min_information_* are the
+///   smallest diagonal elements of the information that its matches brought [1/rad^2, 1/m^2].
+///
+/// They have these names once finish() was called. Until then they end in ".partial", and the
+/// destructor removes them. All members throw std::runtime_error that names the file.
+class ResultFiles {
+ public:
+  /// `trajectory`: EST.tum, or EST.
+  explicit ResultFiles(const std::filesystem::path& trajectory);
+  ~ResultFiles();
+  ResultFiles(const ResultFiles&) = delete;
+  ResultFiles& operator=(const ResultFiles&) = delete;
 
-/// Poses T_world_imu of all ticks as TUM.
-void write_trajectory(const std::filesystem::path& file, const BatchResult& result);
+  void add(const estimation::Estimate& estimate);
+  void finish(std::span<const FrameRecord> frames);
 
-/// All ticks: full state, mode and pose covariance (upper triangle, order theta [rad, IMU axes],
-/// p [m, world axes]). docs/evaluation.md describes the columns.
-void write_states(const std::filesystem::path& file, const BatchResult& result);
-
-/// All frames: matching and update figures.
-void write_updates(const std::filesystem::path& file, const BatchResult& result);
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 }  // namespace topoloc::localiser

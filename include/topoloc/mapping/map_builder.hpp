@@ -7,9 +7,11 @@
 #include "topoloc/mapping/node_selection.hpp"
 #include "topoloc/mapping/point_cloud.hpp"
 #include "topoloc/mapping/render.hpp"
+#include "topoloc/transport/lcm_log.hpp"
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <numbers>
 #include <string>
 #include <string_view>
@@ -58,9 +60,11 @@ struct RejectedNode {
 };
 
 struct BuildReport {
-  std::size_t frames = 0;             ///< usable ones in camera.lcm
-  std::uint64_t frames_rejected = 0;  ///< unusable ones, see drive::FrameReject
-  std::string first_frame_error;      ///< in words; empty if there was none
+  std::size_t frames = 0;  ///< usable ones in camera.lcm
+  /// Unusable ones by drive::FrameReject; reasons that did not occur are left out.
+  std::map<std::string, std::uint64_t> frames_rejected;
+  std::string first_frame_error;    ///< in words; empty if there was none
+  transport::LogDamage log_damage;  ///< of camera.lcm
   Selection selection;
   std::vector<RejectedNode> rejected_nodes;
   std::size_t nodes_written = 0;

@@ -37,7 +37,8 @@ struct FrameReport {
   FrameVerdict verdict = FrameVerdict::kOk;
   int node_count = 0;
   std::array<std::uint32_t, estimation::kMaxMatchedNodes> node_ids{};
-  int damaged_nodes = 0;  ///< near, but their block in the map file fails its checksum
+  /// Nearer than the last node used, but their block in the map file fails its checksum.
+  int damaged_nodes = 0;
   int features = 0;
   bool guided = false;  ///< matched inside the prediction's gates
   int raw_matches = 0;  ///< all nodes together

@@ -39,7 +39,6 @@ class PredictedCamera {
   PinholeCamera camera_;
   RigidTransform T_imu_world_;
   RigidTransform T_cam_imu_;
-  RigidTransform T_cam_world_;
   RigidTransform T_world_cam_;
   Eigen::Matrix<double, 6, 6> covariance_;
 };

@@ -4,6 +4,9 @@
 
 #include "topoloc/transport/lcm_log.hpp"
 
+#include "support/drive_folder.hpp"
+#include "support/temporary_folder.hpp"
+
 #include <cstdlib>
 #include <fstream>
 #include <string>
@@ -36,69 +39,20 @@ image_t grey_image(std::int64_t time_us, std::uint8_t level) {
 }
 
 image_t jpeg_image(std::int64_t time_us, std::uint8_t level) {
-  image_t image = grey_image(time_us, level);
-  image.pixelformat = transport::kPixelFormatMjpeg;
-  cv::imencode(".jpg", cv::Mat(kHeight_px, kWidth_px, CV_8UC1, cv::Scalar(level)), image.data);
-  image.size = static_cast<std::int32_t>(image.data.size());
-  return image;
+  return testing::jpeg_image(time_us, cv::Mat(kHeight_px, kWidth_px, CV_8UC1, cv::Scalar(level)));
 }
 
 class DriveTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::filesystem::remove_all(dir_);
-    std::filesystem::create_directories(dir_);
-    std::filesystem::copy_file(
-        std::filesystem::path(TOPOLOC_SOURCE_DIR) / "config" / "topoloc_imu_wheel.dbc",
-        dir_ / "topoloc_imu_wheel.dbc");
-    write("vehicle.yaml", R"(format: 1
-can:
-  dbc: topoloc_imu_wheel.dbc
-  imu:
-    acceleration: [IMU_ACCEL.ACCEL_X, IMU_ACCEL.ACCEL_Y, IMU_ACCEL.ACCEL_Z]
-    angular_rate: [IMU_RATE.RATE_X, IMU_RATE.RATE_Y, IMU_RATE.RATE_Z]
-    counters: [IMU_ACCEL.ACCEL_COUNTER, IMU_RATE.RATE_COUNTER]
-  wheels:
-    speeds: [WHEEL_SPEEDS.FRONT_LEFT, WHEEL_SPEEDS.REAR_RIGHT]
-  direction: {signal: TRAVEL_DIRECTION.DIRECTION, reverse_values: [REVERSE]}
-camera: {calibration: camchain.yaml}
-imu: {calibration: imu.yaml}
-)");
-    write("camchain.yaml", R"(cam0:
-  camera_model: pinhole
-  intrinsics: [50.0, 50.0, 32.0, 16.0]
-  distortion_model: none
-  resolution: [64, 32]
-  T_cam_imu: [[0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0], [0, 0, 0, 1]]
-  timeshift_cam_imu: 0.25
-)");
-    write("imu.yaml", R"(accelerometer_noise_density: 0.01
-accelerometer_random_walk: 0.0002
-gyroscope_noise_density: 0.005
-gyroscope_random_walk: 4.0e-06
-update_rate: 100.0
-)");
     // Acceleration z 9.8 (49000 counts), rate z 0.1 (5000), both wheels 1.5 (750), reverse.
-    write("can.log",
-          "(1700000000.000000) can0 100#000000000068BF00\n"
-          "(1700000000.000000) can0 101#0000000000881300\n"
-          "(1700000000.000000) can0 103#02\n"
-          "(1700000000.000000) can0 102#EE02000000000000\n");
+    folder_.write("can.log",
+                  "(1700000000.000000) can0 100#000000000068BF00\n"
+                  "(1700000000.000000) can0 101#0000000000881300\n"
+                  "(1700000000.000000) can0 103#02\n"
+                  "(1700000000.000000) can0 102#EE02000000000000\n");
   }
-  void TearDown() override { std::filesystem::remove_all(dir_); }
 
-  void write(const std::string& name, const std::string& text) const {
-    std::ofstream(dir_ / name, std::ios::binary) << text;
-  }
-  void write_images(const std::vector<image_t>& images) const {
-    transport::LcmLogWriter log(dir_ / "camera.lcm");
-    for (const image_t& image : images) {
-      std::vector<std::byte> bytes(static_cast<std::size_t>(image.getEncodedSize()));
-      image.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-      log.write(image.utime, "CAMERA", bytes);
-    }
-    log.close();
-  }
   template <typename Function>
   [[nodiscard]] static std::string complaint(const Function& function) {
     try {
@@ -110,10 +64,16 @@ update_rate: 100.0
     return "";
   }
 
-  std::filesystem::path dir_ =
-      std::filesystem::temp_directory_path() /
-      ("topoloc_drive_" +
-       std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+  testing::TemporaryFolder temporary_;
+  testing::DriveFolder folder_{temporary_ / "drive",
+                               {.width_px = kWidth_px,
+                                .height_px = kHeight_px,
+                                .fx_px = 50.0,
+                                .fy_px = 50.0,
+                                .cx_px = 32.0,
+                                .cy_px = 16.0},
+                               0.25};
+  std::filesystem::path dir_ = folder_.dir();
 };
 
 TEST_F(DriveTest, DecodesCanLogWithTheShippedDbc) {
@@ -145,21 +105,22 @@ TEST_F(DriveTest, NamesMissingFiles) {
 }
 
 TEST_F(DriveTest, LogWithoutInertialSamplesIsAnError) {
-  write("can.log", "(1700000000.000000) can0 7FF#00\n");
+  folder_.write("can.log", "(1700000000.000000) can0 7FF#00\n");
   EXPECT_THAT(complaint([&] { load_drive(dir_); }), HasSubstr("no IMU sample in 1 frames"));
 }
 
 TEST_F(DriveTest, ReadsGroundTruthAndItsErrors) {
-  write("ground_truth.tum", "1700000000.000000000 1 2 3 0 0 0 1\n");
+  folder_.write("ground_truth.tum", "1700000000.000000000 1 2 3 0 0 0 1\n");
   const Drive drive = load_drive(dir_);
   ASSERT_TRUE(drive.ground_truth.has_value());
   EXPECT_EQ(drive.ground_truth->at(0).T_world_imu.p, Eigen::Vector3d(1.0, 2.0, 3.0));
-  write("ground_truth.tum", "1700000000 1 2 nan 0 0 0 1\n");
+  folder_.write("ground_truth.tum", "1700000000 1 2 nan 0 0 0 1\n");
   EXPECT_THAT(complaint([&] { load_drive(dir_); }), HasSubstr("ground_truth.tum:1"));
 }
 
 TEST_F(DriveTest, GivesGreyFramesOnTheImuClock) {
-  write_images({grey_image(kStart_us, 10), jpeg_image(kStart_us + 100'000, 200)});
+  folder_.write_images(
+      std::vector{grey_image(kStart_us, 10), jpeg_image(kStart_us + 100'000, 200)});
   FrameLog frames = open_frames(load_drive(dir_));
   ASSERT_EQ(frames.size(), 2U);
   EXPECT_EQ(frames.time_ns(0), kStart_us * 1000 + 250'000'000);  // timeshift_cam_imu
@@ -179,8 +140,8 @@ TEST_F(DriveTest, RejectsBadFramesAndCountsThem) {
   unknown.pixelformat = 1;
   image_t broken = jpeg_image(kStart_us + 3, 1);
   broken.data.assign(broken.data.size(), 0);
-  write_images({grey_image(kStart_us, 1), small, unknown, grey_image(kStart_us, 2), broken,
-                grey_image(kStart_us + 4, 3)});
+  folder_.write_images(std::vector{grey_image(kStart_us, 1), small, unknown,
+                                   grey_image(kStart_us, 2), broken, grey_image(kStart_us + 4, 3)});
   FrameLog frames = open_frames(load_drive(dir_));
   ASSERT_EQ(frames.size(), 3U);
   EXPECT_EQ(frames.rejected(FrameReject::kWrongSize), 1U);
@@ -191,6 +152,8 @@ TEST_F(DriveTest, RejectsBadFramesAndCountsThem) {
   EXPECT_TRUE(frames.grey(1).empty());
   EXPECT_EQ(frames.rejected(FrameReject::kUndecodable), 1U);
   EXPECT_FALSE(frames.grey(2).empty());
+  EXPECT_EQ(frames.rejected().size(), 4U);
+  EXPECT_EQ(frames.rejected().at("undecodable image"), 1U);
 }
 
 TEST_F(DriveTest, LogWithoutUsableImageNamesTheChannelsItHas) {
@@ -204,6 +167,36 @@ TEST_F(DriveTest, LogWithoutUsableImageNamesTheChannelsItHas) {
               AllOf(HasSubstr("channel CAMERA"), HasSubstr("OTHER")));
   std::filesystem::remove(dir_ / "camera.lcm");
   EXPECT_THAT(complaint([&] { open_frames(drive); }), HasSubstr("camera.lcm: no such file"));
+}
+
+TEST_F(DriveTest, ReadsTheCameraMask) {
+  config::CameraConfig camera = load_drive(dir_).vehicle.camera;
+  EXPECT_TRUE(read_mask(camera).empty());
+  camera.mask = dir_ / "mask.png";
+  cv::imwrite(camera.mask.string(), cv::Mat(kHeight_px, kWidth_px, CV_8UC1, cv::Scalar(255)));
+  EXPECT_EQ(read_mask(camera).size(), cv::Size(kWidth_px, kHeight_px));
+}
+
+TEST_F(DriveTest, MaskThatDoesNotFitNamesItsFile) {
+  config::CameraConfig camera = load_drive(dir_).vehicle.camera;
+  camera.mask = dir_ / "mask.png";
+  EXPECT_THAT(complaint([&] { read_mask(camera); }),
+              AllOf(HasSubstr("mask.png"), HasSubstr("cannot be read")));
+  cv::imwrite(camera.mask.string(), cv::Mat(10, 20, CV_8UC1, cv::Scalar(255)));
+  EXPECT_THAT(complaint([&] { read_mask(camera); }),
+              AllOf(HasSubstr("mask.png"), HasSubstr("20x10"), HasSubstr("64x32")));
+}
+
+TEST_F(DriveTest, ReadsBackWhatATestWroteAsCanLog) {
+  folder_.write_can_log(std::vector<testing::CanRow>{
+      {.time_us = kStart_us, .speed_mps = -1.5},
+      {.time_us = kStart_us + 10'000, .specific_force_mps2 = {-1.0, 2.0, 9.8}}});
+  const Drive drive = load_drive(dir_);
+  EXPECT_TRUE(drive.rejected.empty());
+  ASSERT_EQ(drive.imu.size(), 2U);
+  EXPECT_TRUE(drive.imu[1].specific_force_mps2.isApprox(Eigen::Vector3d(-1.0, 2.0, 9.8), 1e-9));
+  ASSERT_EQ(drive.speed.size(), 1U);
+  EXPECT_NEAR(drive.speed[0].speed_mps, -1.5, 1e-9);
 }
 
 /// A folder made by topoloc-import from the shared drive; without Python or data the test skips.

@@ -136,5 +136,12 @@ TEST(PoseAt, NeverExtrapolatesNorBridgesGaps) {
   EXPECT_TRUE(pose_at(trajectory, 0, 0));
 }
 
+TEST(BesideTrajectory, TakesOffNothingButTum) {
+  EXPECT_EQ(beside("out/est.tum", ".states.csv"), "out/est.states.csv");
+  EXPECT_EQ(beside("est_0.5", ".states.csv"), "est_0.5.states.csv");
+  EXPECT_EQ(beside("est_0.8", ".states.csv"), "est_0.8.states.csv");
+  EXPECT_EQ(beside("est_0.5.tum", ".updates.csv"), "est_0.5.updates.csv");
+}
+
 }  // namespace
 }  // namespace topoloc::evaluation

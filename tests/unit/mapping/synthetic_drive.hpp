@@ -4,19 +4,14 @@
 
 #include "topoloc/evaluation/trajectory.hpp"
 #include "topoloc/mapping/map_builder.hpp"
-#include "topoloc/transport/image_view.hpp"
-#include "topoloc/transport/lcm_log.hpp"
 
+#include "support/drive_folder.hpp"
 #include "support/matching_scene.hpp"
 #include "support/temporary_folder.hpp"
 
-#include <cmath>
-#include <numbers>
 #include <span>
-#include <string>
-#include <topoloc/image_t.hpp>
+#include <vector>
 
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace topoloc::mapping {
@@ -34,22 +29,12 @@ class SyntheticDrive {
   static constexpr double kEnd_m = 40.0;       ///< end wall at x = this
 
   SyntheticDrive() {
-    std::filesystem::create_directories(paths.drive);
-    write_vehicle();
     write_images(patchwork_images());
     write_trajectory(kStart_us);
     write_cloud(0.0);
   }
 
-  void write_images(std::span<const image_t> images) const {
-    transport::LcmLogWriter log(paths.drive / "camera.lcm");
-    for (const image_t& image : images) {
-      std::vector<std::byte> bytes(static_cast<std::size_t>(image.getEncodedSize()));
-      image.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-      log.write(image.utime, "CAMERA", bytes);
-    }
-    log.close();
-  }
+  void write_images(std::span<const image_t> images) const { drive_.write_images(images); }
 
   static std::vector<image_t> patchwork_images() {
     testing::Random random(5);
@@ -61,14 +46,7 @@ class SyntheticDrive {
   }
 
   static image_t jpeg(int frame, const cv::Mat& grey) {
-    image_t image{};
-    image.utime = kStart_us + frame * kFrame_us;
-    image.width = static_cast<std::int16_t>(grey.cols);
-    image.height = static_cast<std::int16_t>(grey.rows);
-    image.pixelformat = transport::kPixelFormatMjpeg;
-    cv::imencode(".jpg", grey, image.data);
-    image.size = static_cast<std::int32_t>(image.data.size());
-    return image;
+    return testing::jpeg_image(kStart_us + frame * kFrame_us, grey);
   }
 
   /// The poses of all frames, the first at `start_us`.
@@ -134,40 +112,8 @@ class SyntheticDrive {
     return image;
   }
 
-  /// A camera that looks ahead from where the IMU is, and is the matching camera already.
-  void write_vehicle() const {
-    const auto write = [this](const char* name, std::string_view text) {
-      std::ofstream(paths.drive / name) << text;
-    };
-    write("vehicle.yaml", R"(format: 1
-can:
-  dbc: topoloc_imu_wheel.dbc
-  imu:
-    acceleration: [IMU_ACCEL.ACCEL_X, IMU_ACCEL.ACCEL_Y, IMU_ACCEL.ACCEL_Z]
-    angular_rate: [IMU_RATE.RATE_X, IMU_RATE.RATE_Y, IMU_RATE.RATE_Z]
-  wheels:
-    speeds: [WHEEL_SPEEDS.REAR_LEFT, WHEEL_SPEEDS.REAR_RIGHT]
-camera: {calibration: camchain.yaml}
-imu: {calibration: imu.yaml}
-)");
-    write("camchain.yaml", R"(cam0:
-  camera_model: pinhole
-  intrinsics: [450.0, 450.0, 319.5, 191.5]
-  distortion_model: none
-  resolution: [640, 384]
-  T_cam_imu: [[0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0], [0, 0, 0, 1]]
-  timeshift_cam_imu: 0.0
-)");
-    write("imu.yaml", R"(accelerometer_noise_density: 0.01
-accelerometer_random_walk: 0.0002
-gyroscope_noise_density: 0.005
-gyroscope_random_walk: 4.0e-06
-update_rate: 100.0
-)");
-    std::filesystem::copy_file(
-        std::filesystem::path(TOPOLOC_SOURCE_DIR) / "config" / "topoloc_imu_wheel.dbc",
-        paths.drive / "topoloc_imu_wheel.dbc");
-  }
+  /// Its camera is the matching camera already.
+  const testing::DriveFolder drive_{paths.drive, testing::test_camera()};
 };
 
 }  // namespace topoloc::mapping

@@ -7,8 +7,11 @@
 
 #include "support/matching_scene.hpp"
 
+#include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <numbers>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
@@ -33,7 +36,7 @@ cv::Mat patchwork(std::uint32_t seed) {
   return image;
 }
 
-/// A map of two nodes at one place: node 0 saw `image`, node 1 looks the other way.
+/// A map of three nodes at one place: nodes 0 and 2 saw `image`, node 1 looks the other way.
 class MapMatcherTest : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -61,9 +64,10 @@ class MapMatcherTest : public ::testing::Test {
                                   .crs = "",
                                   .creator = "test"});
     Random random(1);
-    for (const double turn_rad : {0.0, std::numbers::pi}) {
+    std::int64_t time_ns = 0;
+    for (const double turn_rad : {0.0, std::numbers::pi, 0.0}) {
       map::NodeDraft draft;
-      draft.time_ns = turn_rad == 0.0 ? 1 : 2;
+      draft.time_ns = ++time_ns;
       draft.T_world_cam = T_world_imu_ * test_T_imu_cam();
       draft.T_world_cam.R *= so3::exp({0.0, turn_rad, 0.0});
       draft.covariance = 1e-4 * Eigen::Matrix<double, 6, 6>::Identity();
@@ -83,6 +87,21 @@ class MapMatcherTest : public ::testing::Test {
       writer.add(draft);
     }
     writer.finish();
+  }
+
+  /// Flips a bit in the first feature block.
+  void damage_node_0() const {
+    const std::vector<map::SectionInfo> sections = map::MapFile(path_).sections();
+    const auto features =
+        std::find_if(sections.begin(), sections.end(),
+                     [](const map::SectionInfo& section) { return section.name == "FEAT"; });
+    ASSERT_NE(features, sections.end());
+    std::fstream file(path_, std::ios::in | std::ios::out | std::ios::binary);
+    const auto at = static_cast<std::streamoff>(features->offset) + 40;
+    file.seekg(at);
+    const int byte = file.get();
+    file.seekp(at);
+    file.put(static_cast<char>(byte ^ 1));
   }
 
   [[nodiscard]] MapMatcher matcher(const map::MapFile& map) const {
@@ -167,6 +186,18 @@ TEST_F(MapMatcherTest, SaysWhyAFrameGaveNoMatches) {
   EXPECT_EQ(verdict(cv::Mat(image_.size(), CV_8UC1, cv::Scalar(90)), prediction()),
             FrameVerdict::kTooFewFeatures);
   EXPECT_EQ(verdict(patchwork(2), prediction()), FrameVerdict::kTooFewMatches);
+}
+
+TEST_F(MapMatcherTest, TakesTheNextNodeWhereTheNearestIsDamaged) {
+  damage_node_0();
+  const map::MapFile map(path_);
+  ASSERT_FALSE(map.node_intact(0));
+  const FrameReport report = matcher(map).match(7, image_, prediction(), set_);
+  EXPECT_EQ(report.verdict, FrameVerdict::kOk);
+  EXPECT_EQ(report.damaged_nodes, 1);
+  ASSERT_EQ(report.node_count, 1);
+  EXPECT_EQ(report.node_ids[0], 2U);
+  expect_true_matches(set_);
 }
 
 TEST_F(MapMatcherTest, RefusesAMapOfAnotherModel) {
