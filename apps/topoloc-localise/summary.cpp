@@ -50,6 +50,7 @@ Counts rejected(const Drive& drive, const FrameLog* frames, const BatchResult& r
   }
   note("data_before_start", c.before_start);
   note("initial_pose", c.initial_pose_rejected);
+  note("forgotten_at_restart", c.forgotten);
   note("speed_innovation_too_large", c.speed_gate_rejected);
   note("speed_unused", c.speed_unused);
   note("frame_before_start", result.frames_before_start);
