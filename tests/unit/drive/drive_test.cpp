@@ -4,6 +4,8 @@
 
 #include "topoloc/transport/lcm_log.hpp"
 
+#include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <string>
@@ -90,6 +92,20 @@ update_rate: 100.0
   void write(const std::string& name, const std::string& text) const {
     std::ofstream(dir_ / name, std::ios::binary) << text;
   }
+  /// Appends samples 10 ms apart to can.log: IMU and speed frames, the first at this time.
+  void append_samples(double first_s, int count) const {
+    std::ofstream log(dir_ / "can.log", std::ios::app);
+    for (int i = 0; i < count; ++i) {
+      char lines[256];
+      const double time_s = first_s + 0.01 * i;
+      std::snprintf(lines, sizeof lines,  // the last byte holds the counter
+                    "(%.6f) can0 100#000000000068BF%X0\n"
+                    "(%.6f) can0 101#00000000008813%X0\n"
+                    "(%.6f) can0 102#EE02000000000000\n",
+                    time_s, i % 16, time_s, i % 16, time_s);
+      log << lines;
+    }
+  }
   void write_images(const std::vector<image_t>& images) const {
     transport::LcmLogWriter log(dir_ / "camera.lcm");
     for (const image_t& image : images) {
@@ -115,6 +131,18 @@ update_rate: 100.0
       ("topoloc_drive_" +
        std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
 };
+
+TEST_F(DriveTest, TimesIncreaseWhereTheClockWasSetBack) {
+  append_samples(1'700'000'001.0, 20);
+  append_samples(1'700'000'001.1, 30);  // set back by 0.1 s
+  const Drive drive = load_drive(dir_);
+  const auto later = [](const auto& a, const auto& b) { return a.time_ns >= b.time_ns; };
+  EXPECT_EQ(std::adjacent_find(drive.imu.begin(), drive.imu.end(), later), drive.imu.end());
+  EXPECT_EQ(std::adjacent_find(drive.speed.begin(), drive.speed.end(), later), drive.speed.end());
+  EXPECT_EQ(drive.imu.back().time_ns, 1'700'000'001'390'000'000);
+  EXPECT_EQ(drive.speed.back().time_ns, 1'700'000'001'390'000'000);
+  EXPECT_GT(drive.rejected.at("clock set back"), 0U);
+}
 
 TEST_F(DriveTest, DecodesCanLogWithTheShippedDbc) {
   const Drive drive = load_drive(dir_);
