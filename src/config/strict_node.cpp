@@ -146,9 +146,20 @@ double StrictNode::number(const char* key, const YAML::Node& value, const Range&
   return result;
 }
 
+void StrictNode::check_default(const char* key, double value, const Range& range) const {
+  if (!range.contains(value)) {
+    throw error(key, "expected a number in " + text_of(range) +
+                         ", but it is not given and its "
+                         "default is " +
+                         text_of(value));
+  }
+}
+
 void StrictNode::read(const char* key, double& target, Range range) {
   if (const YAML::Node value = ask(key); !value.IsNull()) {
     target = number(key, value, range, "a number");
+  } else {
+    check_default(key, target, range);
   }
 }
 
@@ -159,6 +170,8 @@ void StrictNode::read(const char* key, int& target, Range range) {
       throw error(key, "expected a whole number in " + text_of(range) + ", " + found(value));
     }
     target = static_cast<int>(result);
+  } else {
+    check_default(key, target, range);
   }
 }
 

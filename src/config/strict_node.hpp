@@ -77,6 +77,8 @@ class StrictNode {
   void demand(const char* key);
   double number(const char* key, const YAML::Node& value, const Range& range,
                 const char* kind) const;
+  /// Another key may have moved the bounds away from the default.
+  void check_default(const char* key, double value, const Range& range) const;
 
   YAML::Node node_;
   std::filesystem::path file_;
