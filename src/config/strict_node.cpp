@@ -121,14 +121,17 @@ void StrictNode::demand(const char* key) {
 }
 
 ConfigError StrictNode::error(const std::string& key, const std::string& what) const {
+  return ConfigError(place(key) + ": " + what);
+}
+
+std::string StrictNode::place(const std::string& key) const {
   int line = line_;
   for (const auto& entry : node_) {
     if (entry.first.Scalar() == key) {
       line = entry.first.Mark().line + 1;
     }
   }
-  return ConfigError(location(file_, line) + (path_.empty() ? "" : path_ + ".") + key + ": " +
-                     what);
+  return location(file_, line) + (path_.empty() ? "" : path_ + ".") + key;
 }
 
 std::filesystem::path StrictNode::resolve(const std::string& path) const {
@@ -149,9 +152,7 @@ double StrictNode::number(const char* key, const YAML::Node& value, const Range&
 void StrictNode::check_default(const char* key, double value, const Range& range) const {
   if (!range.contains(value)) {
     throw error(key, "expected a number in " + text_of(range) +
-                         ", but it is not given and its "
-                         "default is " +
-                         text_of(value));
+                         ", found none, and the default is " + text_of(value));
   }
 }
 

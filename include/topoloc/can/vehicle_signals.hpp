@@ -54,6 +54,8 @@ struct VehicleSignalsConfig {
   struct Direction {
     std::string signal;  ///< gear or direction of travel; empty: speeds are signed or never reverse
     std::vector<std::string> reverse_values;  ///< raw numbers or VAL_ names that mean reverse
+    /// Where complaints about them shall point to; empty: to the DBC files.
+    std::string reverse_values_place;
     std::string interface;
   } direction;
 

@@ -18,7 +18,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-constexpr auto kCar = R"(BO_ 256 ACCEL: 8 X
+constexpr auto kSensorsDbc = R"(BO_ 256 ACCEL: 8 X
  SG_ AX : 0|16@1- (0.01,0) [-100|100] "m/s^2" X
  SG_ AY : 16|16@1- (0.01,0) [-100|100] "m/s^2" X
  SG_ AZ : 32|16@1- (0.01,0) [-100|100] "m/s^2" X
@@ -50,8 +50,8 @@ constexpr std::int64_t kMillisecond_ns = 1'000'000;
 
 class VehicleSignalsTest : public ::testing::Test {
  protected:
-  VehicleSignalsTest() : dbc_(Dbc::parse(kCar, "car.dbc")) {
-    config_.dbcs = {folder_.with("car.dbc", kCar)};
+  VehicleSignalsTest() : dbc_(Dbc::parse(kSensorsDbc, "car.dbc")) {
+    config_.dbcs = {folder_.with("car.dbc", kSensorsDbc)};
   }
 
   void with_imu() {
@@ -224,7 +224,7 @@ TEST_F(VehicleSignalsTest, SensorsOfDifferentFilesMayShareIdsOnDifferentInterfac
 
 TEST_F(VehicleSignalsTest, SignalOfTwoFilesIsAmbiguous) {
   config_.wheels.speeds = {"REAR.RL"};
-  config_.dbcs.push_back(folder_.with("copy.dbc", kCar));
+  config_.dbcs.push_back(folder_.with("copy.dbc", kSensorsDbc));
   EXPECT_THAT([this] { VehicleSignals{config_}; },
               ThrowsMessage<std::runtime_error>(HasSubstr("'REAR.RL' is in 2 of these files")));
 }
@@ -370,7 +370,8 @@ TEST_F(VehicleSignalsTest, MultiplexedWheelsComeInTheirOwnFrames) {
 TEST_F(VehicleSignalsTest, FeedingNeverAllocates) {
   with_imu_counters();
   config_.wheels.speeds = {"FRONT.FL", "FRONT.FR", "REAR.RL", "REAR.RR"};
-  config_.direction = {.signal = "GEARBOX.GEAR", .reverse_values = {"R"}, .interface = ""};
+  config_.direction.signal = "GEARBOX.GEAR";
+  config_.direction.reverse_values = {"R"};
   VehicleSignals signals(config_);
   std::vector<Frame> frames;
   for (int i = 0; i < 100; ++i) {
@@ -438,8 +439,21 @@ TEST_F(VehicleSignalsTest, BadConfigurationsSayWhatIsWrong) {
   config_.direction.signal = "GEARBOX.GEAR";
   expect_error("no value is configured to mean reverse");
   config_.wheels.speeds = {"REAR.RL"};
-  config_.direction = {.signal = "GEARBOX.GEAR", .reverse_values = {"Rear"}, .interface = ""};
+  config_.direction.signal = "GEARBOX.GEAR";
+  config_.direction.reverse_values = {"Rear"};
   expect_error("neither a whole number nor one of its value names (D, R)");
+  for (const char* too_large : {"16", "-9", "9223372036854775807", "-9223372036854775808"}) {
+    config_.wheels.speeds = {"REAR.RL"};
+    config_.direction.signal = "GEARBOX.GEAR";
+    config_.direction.reverse_values = {"-8", "15", too_large};
+    config_.direction.reverse_values_place = "vehicle.yaml:9: can.direction.reverse_values";
+    expect_error("vehicle.yaml:9: can.direction.reverse_values: reverse value '" +
+                 std::string(too_large) + "' of signal 'GEARBOX.GEAR' does not fit its 4 bits");
+  }
+  config_.wheels.speeds = {"REAR.RL"};
+  config_.direction.signal = "MUX.PAGE";
+  config_.direction.reverse_values = {"-1"};
+  expect_error("reverse value '-1' of signal 'MUX.PAGE' does not fit its 8 bits");
   config_.dbcs = {"/nowhere/car.dbc"};
   expect_error("/nowhere/car.dbc: cannot open");
   config_.dbcs = {};

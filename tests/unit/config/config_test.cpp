@@ -227,8 +227,8 @@ TEST_F(ConfigTest, MatchingKeyOutOfRangeIsNamedWithItsOwnLine) {
 
 TEST_F(ConfigTest, DefaultThatDoesNotGoWithAnotherKeyIsNamed) {
   EXPECT_THAT(complaint_with("matching: {max_features: 32}\n"),
-              HasSubstr("vehicle.yaml:12: matching.min_features: expected a number in [0, 32], but "
-                        "it is not given and its default is 50"));
+              HasSubstr("vehicle.yaml:12: matching.min_features: expected a number in [0, 32], "
+                        "found none, and the default is 50"));
 }
 
 TEST_F(ConfigTest, WhatTheReaderTakesTheMatcherTakes) {

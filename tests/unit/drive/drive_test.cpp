@@ -132,6 +132,16 @@ update_rate: 100.0
        std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
 };
 
+TEST_F(DriveTest, ReverseValueThatDoesNotFitIsNamedWithFileLineAndKey) {
+  std::ifstream file(dir_ / "vehicle.yaml");
+  std::string text(std::istreambuf_iterator<char>(file), {});
+  text.replace(text.find("[REVERSE]"), 9, "[\"6\"]");
+  write("vehicle.yaml", text);
+  EXPECT_THAT(complaint([this] { load_drive(dir_); }),
+              HasSubstr("vehicle.yaml:10: can.direction.reverse_values: reverse value '6' of "
+                        "signal 'TRAVEL_DIRECTION.DIRECTION' does not fit its 2 bits"));
+}
+
 TEST_F(DriveTest, TimesIncreaseWhereTheClockWasSetBack) {
   append_samples(1'700'000'001.0, 20);
   append_samples(1'700'000'001.1, 30);  // set back by 0.1 s
