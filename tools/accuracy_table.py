@@ -5,23 +5,27 @@
 
 The map is built from the even frames of the drive, the odd frames are localised in it, from an
 initial pose that is wrong by 1 m and 3 degrees; errors count from 2 s on. Each row changes one
-thing. Work is kept in --work, so a run that was interrupted goes on where it stopped.
+thing. Maps are kept in --work, so a run that was interrupted goes on where it stopped; a map is
+built again when the drive, the cloud, the trajectory or topoloc-map has changed.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
 import math
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import yaml
+from freshness import newest_ns
 
 ROOT = Path(__file__).resolve().parent.parent
 FROM_SECONDS = "2"
@@ -99,13 +103,16 @@ class Table:
     def __init__(self, drive: Path, cloud: Path, trajectory: Path, work: Path, bins: Path) -> None:
         self.drive, self.cloud, self.trajectory = drive, cloud, trajectory
         self.work, self.bins = work, bins
+        # A map of other data, or of another builder, is another map.
+        sources = (drive, cloud, trajectory, bins / "topoloc-map")
+        self.sources = [[str(path.resolve()), newest_ns([path])] for path in sources]
         self.reference = drive / "ground_truth.tum"
         work.mkdir(parents=True, exist_ok=True)
 
     def variant(self, row: Row, shift_s: float) -> Path:
         """Drive folder with the row's settings; the data is linked, not copied."""
-        settings = json.dumps([row.matching, row.vehicle, shift_s], sort_keys=True)
-        folder = self.work / f"drive_{abs(hash_text(settings)):016x}"
+        name = hash_of([str(self.drive.resolve()), row.matching, row.vehicle, shift_s])
+        folder = self.work / f"drive_{name}"
         folder.mkdir(exist_ok=True)
         for item in self.drive.iterdir():
             link = folder / item.name
@@ -124,8 +131,7 @@ class Table:
     def map_of(self, row: Row) -> Path:
         """Map from the even frames; rows that differ online only share it."""
         offline = {k: v for k, v in row.matching.items() if k in MAP_KEYS}
-        key = json.dumps([offline, row.spacing_m], sort_keys=True)
-        path = self.work / f"map_{abs(hash_text(key)):016x}.tmap"
+        path = self.work / f"map_{hash_of([self.sources, offline, row.spacing_m])}.tmap"
         if not path.exists():
             folder = self.variant(Row("", matching=offline), 0.0)
             run(
@@ -148,8 +154,7 @@ class Table:
 
     def figures(self, row: Row) -> dict[str, float]:
         folder = self.variant(row, row.camera_shift_s)
-        name = hash_text(json.dumps([row.label]))
-        estimate = self.work / f"est_{abs(name):016x}.tum"
+        estimate = self.work / f"est_{hash_of([str(self.drive.resolve()), row.label])}.tum"
         command: list[str | Path] = [
             self.bins / "topoloc-localise",
             "--drive",
@@ -217,12 +222,9 @@ class Table:
 MAP_KEYS = ("extractor", "max_features", "width_px", "height_px", "focal_px")
 
 
-def hash_text(text: str) -> int:
-    """Same number in every process, unlike hash()."""
-    value = 14695981039346656037
-    for byte in text.encode():
-        value = (value ^ byte) * 1099511628211 % (1 << 64)
-    return value
+def hash_of(key: Sequence[object]) -> str:
+    """Part of a file name; the same in every process, unlike hash()."""
+    return hashlib.sha256(json.dumps(key, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def markdown(label: str, f: dict[str, float]) -> str:

@@ -10,10 +10,10 @@ drive's ground truth. Everything lands in demo/. A second run imports and maps o
 import argparse
 import subprocess
 import sys
-from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
+from freshness import outdated
 
 ROOT = Path(__file__).resolve().parent.parent
 BIN = ROOT / "build/release/bin"
@@ -30,17 +30,6 @@ Give a recorded drive: make demo DRIVE=path
 EXAMPLES = """examples:
   tools/demo.py ../shared/data/kitti_0039
   tools/demo.py 2011_09_26/2011_09_26_drive_0009_sync --every-metres 2"""
-
-
-def newest(paths: Iterable[Path]) -> float:
-    """Time of the newest of these files and of all files in these folders."""
-    files = (f for p in paths for f in ([p] if p.is_file() else p.rglob("*")) if f.is_file())
-    return max((f.stat().st_mtime for f in files), default=0.0)
-
-
-def outdated(product: Path, sources: Iterable[Path]) -> bool:
-    """True if the product is missing or older than one of its sources."""
-    return not product.is_file() or product.stat().st_mtime < newest(sources)
 
 
 def run(*command: str | Path) -> None:
@@ -78,7 +67,7 @@ def import_drive(source: Path, drive: Path) -> Path:
 
 def demo(source: Path, out: Path, every_metres: float) -> None:
     drive = out / source.name
-    map_file = out / f"{source.name}.tmap"
+    map_file = out / f"{source.name}_{every_metres:g}m.tmap"
     estimate = out / f"{source.name}.tum"
     plots = out / "plots"
     out.mkdir(parents=True, exist_ok=True)

@@ -3,6 +3,7 @@
 #include "drive_motion.hpp"
 
 #include "topoloc/drive/drive.hpp"
+#include "topoloc/geometry/so3.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,12 +14,6 @@ namespace {
 using namespace topoloc;
 
 constexpr std::int64_t kMaxSpeedGap_ns = 100'000'000;
-
-/// Roll, pitch, yaw of Rz(yaw) Ry(pitch) Rx(roll).
-Eigen::Vector3d roll_pitch_yaw(const Eigen::Matrix3d& R) {
-  return {std::atan2(R(2, 1), R(2, 2)), std::asin(std::clamp(-R(2, 0), -1.0, 1.0)),
-          std::atan2(R(1, 0), R(0, 0))};
-}
 
 /// Between the two samples around a time; nothing where they are too far apart.
 std::optional<double> speed_at(const std::vector<estimation::SpeedSample>& speed,
@@ -41,6 +36,12 @@ std::optional<double> speed_at(const std::vector<estimation::SpeedSample>& speed
 
 }  // namespace
 
+evaluation::Mounting mounting_of(const estimation::SpeedModel& model) {
+  return {.rotation_vehicle_imu_rpy_rad = so3::roll_pitch_yaw(model.R_vehicle_imu),
+          .wheel_reference_imu_m = model.wheel_reference_imu_m,
+          .wheel_scale = model.wheel_scale};
+}
+
 DriveMotion read_drive_motion(const std::filesystem::path& drive,
                               const std::filesystem::path& vehicle, double until_s) {
   drive::Drive recorded = drive::load_drive(drive, vehicle);
@@ -59,10 +60,7 @@ DriveMotion read_drive_motion(const std::filesystem::path& drive,
     sample.wheel_speed_mps = speed_at(recorded.speed, sample.time_ns);
   }
   const estimation::EstimatorConfig& config = recorded.vehicle.estimator;
-  const estimation::SpeedModel& mounted = config.models.speed;
-  motion.given = {.rotation_vehicle_imu_rpy_rad = roll_pitch_yaw(mounted.R_vehicle_imu),
-                  .wheel_reference_imu_m = mounted.wheel_reference_imu_m,
-                  .wheel_scale = mounted.wheel_scale};
+  motion.given = mounting_of(config.models.speed);
   motion.imu_bias = evaluation::estimate_imu_bias(reference, recorded.imu, config.gravity_mps2);
   return motion;
 }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/config/relocated.hpp"
+#include "topoloc/config/vehicle_config.hpp"
 #include "topoloc/evaluation/mounting.hpp"
 
 #include "common/text_file.hpp"
@@ -55,8 +57,13 @@ void write_vehicle(const Options& options, const Mounting& mounting, const ImuBi
   const fs::path base = options.vehicle.empty() ? fs::path(options.drive) / "vehicle.yaml"
                                                 : fs::path(options.vehicle);
   try {
-    const std::string text = with_mounting(read_text(base), mounting);
-    write_text(options.out, bias != nullptr ? with_imu_bias(text, *bias) : text);
+    std::string text = with_mounting(read_text(base), mounting);
+    if (bias != nullptr) {
+      text = with_imu_bias(text, *bias);
+    }
+    const fs::path out = fs::absolute(options.out);
+    write_text(
+        out, topoloc::config::relocated(text, fs::absolute(base).parent_path(), out.parent_path()));
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(base.string() + ": " + error.what());
   }
@@ -94,11 +101,16 @@ void calibrate_with_drive(const Options& options) {
 }
 
 void calibrate_with_oxts(const Options& options) {
+  MountingOptions mounting = options.mounting;
+  if (!options.vehicle.empty()) {
+    const auto vehicle = topoloc::config::load_vehicle_config(options.vehicle);
+    mounting.given = mounting_of(vehicle.estimator.models.speed);
+  }
   std::vector<MountingRow> rows;
   std::vector<MotionSample> pooled;
   for (const std::string& path : options.oxts) {
     const OxtsDrive drive = read_oxts(path);
-    MountingRow row{drive_name(path), estimate_mounting(drive.samples, options.mounting), ""};
+    MountingRow row{drive_name(path), estimate_mounting(drive.samples, mounting), ""};
     row.refused = refusal(row.estimate);
     if (drive.speed_disagreement_mps > kMaxSpeedDisagreement_mps) {
       char text[128];
@@ -113,7 +125,7 @@ void calibrate_with_oxts(const Options& options) {
     rows.push_back(row);
   }
   MountingRow all{rows.size() == 1 ? rows.front().name : "all drives",
-                  estimate_mounting(pooled, options.mounting), ""};
+                  estimate_mounting(pooled, mounting), ""};
   all.refused = refusal(all.estimate);
   report(options, rows, all, nullptr);
   if (!all.refused.empty()) {
@@ -161,7 +173,7 @@ int main(int argc, char** argv) {
       ->check(CLI::ExistingFile);
   vehicle.add_option("--out", options.out,
                      "Write the vehicle.yaml with the calibrated keys of its sections 'vehicle' "
-                     "and, with --drive, 'imu'; all else is kept");
+                     "and, with --drive, 'imu'; all else is kept, paths name the same files");
   vehicle.add_option("--json", options.json, "Write JSON to a file, or '-' instead of the table");
   vehicle
       .add_option("--min-speed", options.mounting.min_speed_mps, "Slower samples are left out, m/s")

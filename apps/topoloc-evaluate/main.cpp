@@ -27,7 +27,7 @@ struct Options {
   std::vector<std::string> estimates;
   std::vector<std::string> labels;
   std::vector<std::string> states;
-  std::optional<double> from_s;
+  double from_s = 0.0;
   double max_gap_s = 0.2;
   std::string json;
   std::string plots;
@@ -129,8 +129,8 @@ int main(int argc, char** argv) {
       ->allow_extra_args(false)
       ->check(CLI::ExistingFile);
   app.add_option("--from-seconds", options.from_s,
-                 "Count only from this many seconds after both trajectories have begun [all of the "
-                 "reference]")
+                 "Count only from this many seconds after the reference begins")
+      ->capture_default_str()
       ->check(CLI::Range(0.0, 1e9));
   app.add_option("--max-gap-s", options.max_gap_s,
                  "The estimate is not interpolated across longer gaps")

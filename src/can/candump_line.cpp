@@ -10,9 +10,7 @@
 namespace topoloc::can {
 namespace {
 
-constexpr std::uint32_t kErrorFlag = 0x2000'0000U;  // as in a socket's can_id
-constexpr std::uint32_t kMaxExtendedId = 0x1FFF'FFFFU;
-constexpr std::uint32_t kMaxStandardId = 0x7FFU;
+constexpr std::uint32_t kErrorFlag = 0x2000'0000U;   // as in a socket's can_id
 constexpr std::int64_t kMaxSeconds = 9'000'000'000;  // times 1e9 fits int64
 constexpr std::size_t kMaxClassicBytes = 8;
 

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/can/frame.hpp"
+
 #include "can/dbc_parser.hpp"
 
 #include <algorithm>
@@ -11,7 +13,6 @@ namespace topoloc::can {
 namespace {
 
 constexpr std::uint32_t kExtendedFlag = 0x8000'0000U;
-constexpr std::uint32_t kMaxStandardId = 0x7FFU;
 
 /// Statements without meaning here; each ends with a semicolon.
 constexpr auto kSkipped = std::to_array<std::string_view>({

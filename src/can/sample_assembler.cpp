@@ -11,6 +11,9 @@ namespace {
 /// comes round every 160 ms).
 constexpr std::int64_t kMaxCounterAge_ns = 100'000'000;
 
+/// So many samples in a row make a new time line.
+constexpr unsigned kConfirmingSamples = 5;
+
 }  // namespace
 
 void SampleAssembler::configure(std::size_t part_count, bool by_counter,
@@ -18,6 +21,7 @@ void SampleAssembler::configure(std::size_t part_count, bool by_counter,
   part_count_ = part_count;
   by_counter_ = by_counter;
   tolerance_ns_ = tolerance_ns;
+  time_line_ = TimeLine(kConfirmingSamples * static_cast<unsigned>(part_count));
 }
 
 bool SampleAssembler::belong_together(const Waiting& a, const Waiting& b) const {
@@ -30,11 +34,17 @@ bool SampleAssembler::belong_together(const Waiting& a, const Waiting& b) const 
 SampleAssembler::Result SampleAssembler::add(std::size_t part, std::int64_t time_ns,
                                              std::uint64_t counter, const SampleValues& values) {
   Result result;
-  if (time_ns < last_time_ns_) {
-    result.out_of_order = true;
+  result.time = time_line_.add(time_ns);
+  if (result.time == TimeLine::Verdict::kGoneBack ||
+      result.time == TimeLine::Verdict::kLeaptAhead) {
     return result;
   }
-  last_time_ns_ = time_ns;
+  if (result.time == TimeLine::Verdict::kAcceptedNewLine) {  // nothing waits for the old time
+    for (Waiting& waiting : waiting_) {
+      result.unpaired += waiting.fresh ? 1 : 0;
+      waiting.fresh = false;
+    }
+  }
   Waiting& arrived = waiting_[part];
   if (arrived.fresh) {
     ++result.unpaired;

@@ -3,11 +3,11 @@
 #pragma once
 
 #include "can/signal_part.hpp"
+#include "can/time_line.hpp"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 
 namespace topoloc::can {
 
@@ -16,9 +16,9 @@ namespace topoloc::can {
 class SampleAssembler {
  public:
   struct Result {
-    bool complete = false;      ///< values() is a whole sample
-    bool out_of_order = false;  ///< the part is older than the one before and was not taken
-    unsigned unpaired = 0;      ///< waiting parts dropped
+    bool complete = false;                                  ///< values() is a whole sample
+    TimeLine::Verdict time = TimeLine::Verdict::kAccepted;  ///< not believed: not taken
+    unsigned unpaired = 0;                                  ///< waiting parts dropped
   };
 
   /// Parts belong together if their counters agree (`by_counter`), else if they are no further
@@ -43,7 +43,7 @@ class SampleAssembler {
   std::size_t part_count_ = 0;
   bool by_counter_ = false;
   std::int64_t tolerance_ns_ = 0;
-  std::int64_t last_time_ns_ = std::numeric_limits<std::int64_t>::min();
+  TimeLine time_line_;
   std::array<Waiting, kMaxSampleValues> waiting_{};
   SampleValues values_{};
 };

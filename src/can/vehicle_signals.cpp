@@ -8,23 +8,11 @@
 #include <numeric>
 
 namespace topoloc::can {
-namespace {
-
-/// A sample's time must lie after the one before.
-bool advance(std::int64_t& last_ns, std::int64_t time_ns) {
-  if (time_ns <= last_ns) {
-    return false;
-  }
-  last_ns = time_ns;
-  return true;
-}
-
-}  // namespace
 
 std::string_view name(SignalReject reason) {
   constexpr std::array<std::string_view, kSignalRejectCount> kNames = {
-      "not a data frame",   "too short", "multiplex mismatch", "out of limits", "not finite",
-      "non-monotonic time", "unpaired"};
+      "not a data frame", "too short",          "multiplex mismatch", "out of limits",
+      "not finite",       "non-monotonic time", "leap in time",       "unpaired"};
   return kNames[static_cast<std::size_t>(reason)];
 }
 
@@ -86,25 +74,35 @@ std::optional<SignalReject> VehicleSignals::Table::read(const SignalPart& part, 
   }
   const auto result = assembler.add(part.index, frame.time_ns, counter, values);
   reject(SignalReject::kUnpaired, result.unpaired);
-  if (result.out_of_order) {
-    return SignalReject::kNonMonotonicTime;
+  switch (result.time) {
+    case TimeLine::Verdict::kGoneBack:
+      return SignalReject::kNonMonotonicTime;
+    case TimeLine::Verdict::kLeaptAhead:
+      return SignalReject::kLeapInTime;
+    case TimeLine::Verdict::kAcceptedNewLine:
+      ++new_time_lines;
+      break;
+    case TimeLine::Verdict::kAccepted:
+      break;
   }
   if (!result.complete) {
     return std::nullopt;
   }
   if (is_imu) {
     const std::int64_t time_ns = imu.time_ns(imu_time_part);
-    if (!advance(last_imu_ns, time_ns)) {
+    if (time_ns == last_imu_ns) {
       return SignalReject::kNonMonotonicTime;
     }
+    last_imu_ns = time_ns;
     samples.imu = estimation::ImuSample{.time_ns = time_ns,
                                         .specific_force_mps2 = {values[0], values[1], values[2]},
                                         .angular_rate_radps = {values[3], values[4], values[5]}};
     return std::nullopt;
   }
-  if (!advance(last_speed_ns, frame.time_ns)) {
+  if (frame.time_ns == last_speed_ns) {
     return SignalReject::kNonMonotonicTime;
   }
+  last_speed_ns = frame.time_ns;
   const auto wheels_used = static_cast<std::ptrdiff_t>(wheel_count);
   const double sum = std::accumulate(values.begin(), values.begin() + wheels_used, 0.0);
   const double speed_mps = sum / static_cast<double>(wheel_count);
@@ -116,6 +114,8 @@ std::optional<SignalReject> VehicleSignals::Table::read(const SignalPart& part, 
 std::uint64_t VehicleSignals::rejected(SignalReject reason) const {
   return table_->rejected[static_cast<std::size_t>(reason)];
 }
+
+std::uint64_t VehicleSignals::new_time_lines() const { return table_->new_time_lines; }
 
 std::uint64_t VehicleSignals::rejected_total() const {
   return std::accumulate(table_->rejected.begin(), table_->rejected.end(), std::uint64_t{0});

@@ -59,6 +59,16 @@ bool same_conditions(const std::vector<MultiplexCondition>& a,
                     });
 }
 
+[[noreturn]] void fail_reverse_value(const VehicleSignalsConfig& config, const std::string& text,
+                                     const std::string& what) {
+  const std::string message =
+      "reverse value '" + text + "' of signal '" + config.direction.signal + "' " + what;
+  if (config.direction.reverse_values_place.empty()) {
+    fail(config, message);
+  }
+  throw std::runtime_error(config.direction.reverse_values_place + ": " + message);
+}
+
 /// A configured value of the direction signal: a raw number, or the name that VAL_ gives it.
 std::int64_t reverse_value(const VehicleSignalsConfig& config, const Signal& signal,
                            const std::string& text) {
@@ -76,9 +86,27 @@ std::int64_t reverse_value(const VehicleSignalsConfig& config, const Signal& sig
   for (const auto& value : signal.value_names) {
     known += (known.empty() ? "" : ", ") + value.second;
   }
-  fail(config, "signal '" + config.direction.signal + "': reverse value '" + text +
-                   "' is neither a whole number nor one of its value names" +
-                   (known.empty() ? "" : " (" + known + ")"));
+  fail_reverse_value(config, text,
+                     "is neither a whole number nor one of its value names" +
+                         (known.empty() ? "" : " (" + known + ")"));
+}
+
+/// The bits that a reverse value is in the payload. Those of a signed signal may be given either
+/// way: DBC files list -1 and 255 alike.
+std::uint64_t reverse_bits(const VehicleSignalsConfig& config, const Signal& signal,
+                           const std::string& text) {
+  const std::int64_t value = reverse_value(config, signal, text);
+  const unsigned length_bits = signal.coding.length_bits;
+  const std::uint64_t mask = ~std::uint64_t{0} >> (64U - length_bits);
+  const auto bits = static_cast<std::uint64_t>(value);
+  // Of a negative number that fits, all bits from the sign on are set.
+  const bool fits = value >= 0 ? bits <= mask
+                               : signal.coding.value_type == ValueType::kSigned &&
+                                     (bits | mask >> 1U) == ~std::uint64_t{0};
+  if (!fits) {
+    fail_reverse_value(config, text, "does not fit its " + std::to_string(length_bits) + " bits");
+  }
+  return bits & mask;
 }
 
 }  // namespace
@@ -191,13 +219,10 @@ void VehicleSignals::Table::add_direction(DbcSet& dbcs, const VehicleSignalsConf
     fail(config, "signal '" + wanted.signal + "': no value is configured to mean reverse");
   }
   const SignalRef ref = dbcs.signal(wanted.signal, wanted.interface);
-  const SignalCoding& coding = ref.signal->coding;
   for (const std::string& text : wanted.reverse_values) {
-    const std::int64_t value = reverse_value(config, *ref.signal, text);
-    const unsigned unused = 64U - coding.length_bits;
-    reverse_raw.push_back((static_cast<std::uint64_t>(value) << unused) >> unused);
+    reverse_raw.push_back(reverse_bits(config, *ref.signal, text));
   }
-  part_of(ref, SampleGroup::kDirection, wanted.interface).raw_signal = coding;
+  part_of(ref, SampleGroup::kDirection, wanted.interface).raw_signal = ref.signal->coding;
 }
 
 }  // namespace topoloc::can

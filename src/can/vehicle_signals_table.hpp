@@ -10,7 +10,7 @@
 #include "can/signal_part.hpp"
 
 #include <array>
-#include <limits>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -25,15 +25,16 @@ struct VehicleSignals::Table {
 
   SampleAssembler imu;
   std::size_t imu_time_part = 0;
-  std::int64_t last_imu_ns = std::numeric_limits<std::int64_t>::min();
+  std::optional<std::int64_t> last_imu_ns;
 
   SampleAssembler wheels;
   std::size_t wheel_count = 0;
-  std::int64_t last_speed_ns = std::numeric_limits<std::int64_t>::min();
+  std::optional<std::int64_t> last_speed_ns;
 
   std::vector<std::uint64_t> reverse_raw;  ///< bits of the direction signal that mean reverse
   bool reversing = false;
 
+  std::uint64_t new_time_lines = 0;
   std::array<std::uint64_t, kSignalRejectCount> rejected{};
   void reject(SignalReject reason, std::uint64_t count = 1) {
     rejected[static_cast<std::size_t>(reason)] += count;

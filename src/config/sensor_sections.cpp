@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/geometry/so3.hpp"
+
 #include "config/sections.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-
-#include <Eigen/Geometry>
 
 namespace topoloc::config {
 namespace {
@@ -95,6 +95,7 @@ void read_can(StrictNode& top, can::VehicleSignalsConfig& config) {
   StrictNode direction = can.section("direction");
   direction.read("signal", config.direction.signal);
   direction.read("reverse_values", config.direction.reverse_values);
+  config.direction.reverse_values_place = direction.place("reverse_values");
   if (config.direction.signal.empty() != config.direction.reverse_values.empty()) {
     throw can.error("direction", "needs both signal and reverse_values");
   }
@@ -142,10 +143,7 @@ void read_mounting(StrictNode& top, estimation::SpeedModel& model) {
   read_vector(vehicle, "wheel_reference_imu_m", model.wheel_reference_imu_m, {-20.0, 20.0});
   vehicle.read("wheel_scale", model.wheel_scale, {0.5, 2.0});
   vehicle.finish();
-  model.R_vehicle_imu = (Eigen::AngleAxisd(rpy_rad.z(), Eigen::Vector3d::UnitZ()) *
-                         Eigen::AngleAxisd(rpy_rad.y(), Eigen::Vector3d::UnitY()) *
-                         Eigen::AngleAxisd(rpy_rad.x(), Eigen::Vector3d::UnitX()))
-                            .toRotationMatrix();
+  model.R_vehicle_imu = so3::from_roll_pitch_yaw(rpy_rad);
 }
 
 }  // namespace topoloc::config

@@ -121,14 +121,17 @@ void StrictNode::demand(const char* key) {
 }
 
 ConfigError StrictNode::error(const std::string& key, const std::string& what) const {
+  return ConfigError(place(key) + ": " + what);
+}
+
+std::string StrictNode::place(const std::string& key) const {
   int line = line_;
   for (const auto& entry : node_) {
     if (entry.first.Scalar() == key) {
       line = entry.first.Mark().line + 1;
     }
   }
-  return ConfigError(location(file_, line) + (path_.empty() ? "" : path_ + ".") + key + ": " +
-                     what);
+  return location(file_, line) + (path_.empty() ? "" : path_ + ".") + key;
 }
 
 std::filesystem::path StrictNode::resolve(const std::string& path) const {
@@ -146,9 +149,18 @@ double StrictNode::number(const char* key, const YAML::Node& value, const Range&
   return result;
 }
 
+void StrictNode::check_default(const char* key, double value, const Range& range) const {
+  if (!range.contains(value)) {
+    throw error(key, "expected a number in " + text_of(range) +
+                         ", found none, and the default is " + text_of(value));
+  }
+}
+
 void StrictNode::read(const char* key, double& target, Range range) {
   if (const YAML::Node value = ask(key); !value.IsNull()) {
     target = number(key, value, range, "a number");
+  } else {
+    check_default(key, target, range);
   }
 }
 
@@ -159,6 +171,8 @@ void StrictNode::read(const char* key, int& target, Range range) {
       throw error(key, "expected a whole number in " + text_of(range) + ", " + found(value));
     }
     target = static_cast<int>(result);
+  } else {
+    check_default(key, target, range);
   }
 }
 

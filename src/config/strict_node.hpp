@@ -67,6 +67,8 @@ class StrictNode {
 
   /// A complaint about a key of this map, with its line (the map's own where the key is absent).
   [[nodiscard]] ConfigError error(const std::string& key, const std::string& what) const;
+  /// How complaints about a key begin: "vehicle.yaml:12: section.key".
+  [[nodiscard]] std::string place(const std::string& key) const;
   /// A path as written in the file, relative to the file's folder.
   [[nodiscard]] std::filesystem::path resolve(const std::string& path) const;
 
@@ -77,6 +79,8 @@ class StrictNode {
   void demand(const char* key);
   double number(const char* key, const YAML::Node& value, const Range& range,
                 const char* kind) const;
+  /// Another key may have moved the bounds away from the default.
+  void check_default(const char* key, double value, const Range& range) const;
 
   YAML::Node node_;
   std::filesystem::path file_;

@@ -19,18 +19,25 @@ void require_file(const std::filesystem::path& file) {
   }
 }
 
+/// A drive has one time line: of a clock that was set back, only what is later than all before.
+template <typename Sample>
+bool append_later(std::vector<Sample>& samples, const std::optional<Sample>& sample) {
+  const bool later = sample && (samples.empty() || samples.back().time_ns < sample->time_ns);
+  if (later) {
+    samples.push_back(*sample);
+  }
+  return later || !sample;
+}
+
 void read_can_log(const std::filesystem::path& file, Drive& drive) {
   can::VehicleSignals signals(drive.vehicle.can);
   can::CandumpReader reader(file);
   can::Frame frame;
+  std::uint64_t before_last = 0;
   while (reader.next(frame)) {
     const can::VehicleSamples samples = signals.feed(frame);
-    if (samples.imu) {
-      drive.imu.push_back(*samples.imu);
-    }
-    if (samples.speed) {
-      drive.speed.push_back(*samples.speed);
-    }
+    before_last += append_later(drive.imu, samples.imu) ? 0 : 1;
+    before_last += append_later(drive.speed, samples.speed) ? 0 : 1;
   }
   drive.can_frames = reader.frame_count();
   drive.first_malformed_line = reader.first_error();
@@ -42,6 +49,9 @@ void read_can_log(const std::filesystem::path& file, Drive& drive) {
     if (signals.rejected(reason) > 0) {
       drive.rejected[std::string(can::name(reason))] = signals.rejected(reason);
     }
+  }
+  if (before_last > 0) {
+    drive.rejected["clock set back"] = before_last;
   }
   if (drive.imu.empty()) {
     std::string why;

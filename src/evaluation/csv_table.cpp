@@ -57,7 +57,7 @@ class LineReader {
   std::size_t number_ = 0;
 };
 
-std::vector<std::string_view> split(std::string_view line) {
+std::vector<std::string_view> comma_separated(std::string_view line) {
   std::vector<std::string_view> fields;
   for (std::size_t begin = 0; begin <= line.size();) {
     const std::size_t end = std::min(line.find(',', begin), line.size());
@@ -84,7 +84,7 @@ std::vector<CsvRow> read_csv(const std::filesystem::path& path, const std::strin
                              const std::vector<std::string>& columns) {
   LineReader reader(path);
   const std::string header(reader.next().value_or(""));
-  const std::vector<std::string_view> names = split(header);
+  const std::vector<std::string_view> names = comma_separated(header);
   const auto index_of = [&](const std::string& name) {
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end()) {
@@ -98,7 +98,7 @@ std::vector<CsvRow> read_csv(const std::filesystem::path& path, const std::strin
 
   std::vector<CsvRow> rows;
   while (const auto line = reader.next()) {
-    const auto fields = split(*line);
+    const auto fields = comma_separated(*line);
     if (fields.size() != names.size()) {
       reader.fail("found " + std::to_string(fields.size()) + " columns, expected " +
                   std::to_string(names.size()));

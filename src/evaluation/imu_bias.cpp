@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::int64_t kWindow_ns = 1'000'000'000;
 constexpr std::int64_t kMaxReferenceGap_ns = 200'000'000;
-constexpr int kMinSamples = 10;
+constexpr int kMinWindowSamples = 10;
 constexpr std::size_t kMinWindows = 3;
 
 /// Errors of one window: angular rate, then specific force.
@@ -50,7 +50,7 @@ std::optional<WindowError> window_error(const Trajectory& reference, const Motio
     sum.tail<3>() += sample->specific_force_mps2 - T->R.transpose() * force_world;
     ++count;
   }
-  return count < kMinSamples ? std::nullopt : std::optional<WindowError>(sum / count);
+  return count < kMinWindowSamples ? std::nullopt : std::optional<WindowError>(sum / count);
 }
 
 }  // namespace

@@ -15,7 +15,6 @@
 namespace topoloc::evaluation {
 namespace {
 
-constexpr double kSecondsPerNs = 1e-9;
 constexpr double kEarthRadius_m = 6378137.0;
 constexpr double kRadians = M_PI / 180.0;
 

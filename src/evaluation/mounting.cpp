@@ -12,7 +12,7 @@
 namespace topoloc::evaluation {
 namespace {
 
-constexpr std::size_t kMinSamples = 50;
+constexpr std::size_t kMinFitSamples = 50;
 constexpr double kMaxResidualStd_mps = 0.5;
 /// What is assumed before looking: weak enough to vanish where the drive says anything.
 constexpr double kPriorAngle_rad = 0.5;
@@ -26,16 +26,6 @@ constexpr double kMaxLeverStd_m = 0.3;
 constexpr double kMaxScaleStd = 0.005;
 constexpr double kMaxDelayStd_s = 0.02;
 constexpr double kMaxSlipStd_s2pm = 0.004;
-
-Eigen::Matrix3d rotation_of(const Eigen::Vector3d& rpy_rad) {
-  return so3::exp({0, 0, rpy_rad.z()}) * so3::exp({0, rpy_rad.y(), 0}) *
-         so3::exp({rpy_rad.x(), 0, 0});
-}
-
-Eigen::Vector3d rpy_of(const Eigen::Matrix3d& R) {
-  return {std::atan2(R(2, 1), R(2, 2)), std::asin(std::clamp(-R(2, 0), -1.0, 1.0)),
-          std::atan2(R(1, 0), R(0, 0))};
-}
 
 Parameter parameter(const RobustFit& fit, Eigen::Index i, double max_std) {
   return {fit.x[i], fit.std[i], fit.std[i] <= max_std};
@@ -93,7 +83,7 @@ void fit_forward(const std::vector<MotionSample>& samples, const VehicleMotion& 
       rows.push_back(static_cast<Eigen::Index>(i));
     }
   }
-  if (rows.size() < kMinSamples) {
+  if (rows.size() < kMinFitSamples) {
     return;
   }
   Eigen::MatrixXd A(rows.size(), 3);
@@ -140,9 +130,9 @@ MountingEstimate estimate_mounting(const std::vector<MotionSample>& samples,
                                    const MountingOptions& options) {
   MountingEstimate estimate;
   estimate.mounting = options.given;
-  Eigen::Matrix3d R = rotation_of(options.given.rotation_vehicle_imu_rpy_rad);
+  Eigen::Matrix3d R = so3::from_roll_pitch_yaw(options.given.rotation_vehicle_imu_rpy_rad);
   const std::vector<MotionSample> used = usable(samples, options, R, estimate);
-  if (used.size() < kMinSamples) {
+  if (used.size() < kMinFitSamples) {
     return estimate;
   }
   // The fits are linear in small corrections of the rotation: repeated, they need not be small.
@@ -153,13 +143,13 @@ MountingEstimate estimate_mounting(const std::vector<MotionSample>& samples,
     const VehicleMotion motion = rotated(used, R);
     lateral = fit_lateral(motion, false);
     vertical = fit_vertical(motion);
-    Eigen::Vector3d rpy_rad = rpy_of(so3::exp({0.0, vertical.x[0], lateral.x[0]}) * R);
+    Eigen::Vector3d rpy_rad = so3::roll_pitch_yaw(so3::exp({0.0, vertical.x[0], lateral.x[0]}) * R);
     rpy_rad.x() = options.given.rotation_vehicle_imu_rpy_rad.x();
-    R = rotation_of(rpy_rad);
+    R = so3::from_roll_pitch_yaw(rpy_rad);
   }
   estimate.lateral_std_mps = lateral.residual_std;
   estimate.vertical_std_mps = vertical.residual_std;
-  const Eigen::Vector3d rpy_rad = rpy_of(R);
+  const Eigen::Vector3d rpy_rad = so3::roll_pitch_yaw(R);
   estimate.pitch_rad = {rpy_rad.y(), vertical.std[0], vertical.std[0] <= kMaxAngleStd_rad};
   estimate.yaw_rad = {rpy_rad.z(), lateral.std[0], lateral.std[0] <= kMaxAngleStd_rad};
   if (std::max(lateral.residual_std, vertical.residual_std) > kMaxResidualStd_mps) {
@@ -178,7 +168,7 @@ MountingEstimate estimate_mounting(const std::vector<MotionSample>& samples,
   Eigen::Vector3d& given_rpy = estimate.mounting.rotation_vehicle_imu_rpy_rad;
   given_rpy.y() = estimate.pitch_rad.observable ? estimate.pitch_rad.value : given_rpy.y();
   given_rpy.z() = estimate.yaw_rad.observable ? estimate.yaw_rad.value : given_rpy.z();
-  const Eigen::Matrix3d R_final = rotation_of(given_rpy);
+  const Eigen::Matrix3d R_final = so3::from_roll_pitch_yaw(given_rpy);
   Eigen::Vector3d lever = R_final * options.given.wheel_reference_imu_m;
   lever.x() = estimate.lever_x_m.observable ? estimate.lever_x_m.value : lever.x();
   lever.z() = estimate.lever_z_m.observable ? estimate.lever_z_m.value : lever.z();

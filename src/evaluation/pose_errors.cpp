@@ -11,7 +11,6 @@
 namespace topoloc::evaluation {
 namespace {
 
-constexpr double kSecondsPerNs = 1e-9;
 /// Below this speed a longitudinal error says nothing about time.
 constexpr double kMinSpeedForTimeOffset_mps = 1.0;
 
@@ -26,17 +25,12 @@ Eigen::Vector3d velocity_mps(const Trajectory& trajectory, std::size_t i) {
   return (after.T_world_imu.p - before.T_world_imu.p) / dt_s;
 }
 
-std::int64_t first_counted_ns(const Trajectory& reference, const Trajectory& estimate,
-                              const std::optional<double>& from_s) {
-  if (!from_s) {
-    return reference.front().time_ns;
-  }
+std::int64_t first_counted_ns(const Trajectory& reference, double from_s) {
   constexpr double kMaxFrom_s = 1e9;
-  if (!(*from_s >= 0.0 && *from_s < kMaxFrom_s)) {
+  if (!(from_s >= 0.0 && from_s < kMaxFrom_s)) {
     throw std::invalid_argument("the seconds to skip must be a number from 0 on");
   }
-  return std::max(reference.front().time_ns, estimate.front().time_ns) +
-         std::llround(*from_s / kSecondsPerNs);
+  return reference.front().time_ns + std::llround(from_s / kSecondsPerNs);
 }
 
 double quantile(const std::vector<double>& sorted, double probability) {
@@ -59,7 +53,7 @@ MatchedErrors match_errors(const Trajectory& reference, const Trajectory& estima
     throw std::runtime_error("an empty trajectory cannot be compared");
   }
   MatchedErrors result;
-  result.begin_ns = first_counted_ns(reference, estimate, options.from_s);
+  result.begin_ns = first_counted_ns(reference, options.from_s);
   for (std::size_t i = 0; i < reference.size(); ++i) {
     const auto& [time_ns, T_reference] = reference[i];
     if (time_ns < result.begin_ns) {

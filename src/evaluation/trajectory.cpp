@@ -23,7 +23,7 @@ constexpr double kQuaternionNormTolerance = 0.01;
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 /// Tokens separated by blanks; at most one more than the columns of a TUM line.
-std::vector<std::string_view> split(std::string_view line) {
+std::vector<std::string_view> blank_separated(std::string_view line) {
   constexpr std::string_view kBlanks = " \t\r\n";
   std::vector<std::string_view> tokens;
   while (tokens.size() <= kTumColumns) {
@@ -156,7 +156,7 @@ Trajectory read_tum(const std::filesystem::path& path) {
   Trajectory trajectory;
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {
-    const auto tokens = split(line);
+    const auto tokens = blank_separated(line);
     if (tokens.empty() || tokens.front().starts_with('#')) {
       continue;
     }

@@ -49,6 +49,18 @@ Eigen::Vector3d log(const Eigen::Matrix3d& R) {
   return q.vec() * (2.0 * std::atan2(sine, q.w()) / sine);
 }
 
+Eigen::Matrix3d from_roll_pitch_yaw(const Eigen::Vector3d& rpy_rad) {
+  return (Eigen::AngleAxisd(rpy_rad.z(), Eigen::Vector3d::UnitZ()) *
+          Eigen::AngleAxisd(rpy_rad.y(), Eigen::Vector3d::UnitY()) *
+          Eigen::AngleAxisd(rpy_rad.x(), Eigen::Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
+Eigen::Vector3d roll_pitch_yaw(const Eigen::Matrix3d& R) {
+  return {std::atan2(R(2, 1), R(2, 2)), std::asin(std::clamp(-R(2, 0), -1.0, 1.0)),
+          std::atan2(R(1, 0), R(0, 0))};
+}
+
 Eigen::Matrix3d right_jacobian(const Eigen::Vector3d& phi_rad) {
   const double angle_sq = phi_rad.squaredNorm();
   const double angle = std::sqrt(angle_sq);

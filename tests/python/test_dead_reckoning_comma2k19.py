@@ -48,7 +48,7 @@ def reckon(drive: Path, vehicle: Path) -> dict[str, float]:
     )  # fmt: skip
     figures = run(
         "topoloc-evaluate", "--reference", drive / "ground_truth.tum", "--estimate", estimate,
-        "--from-seconds", "0", "--json", "-",
+        "--from-seconds", CALIBRATION_S, "--json", "-",
     )  # fmt: skip
     result: dict[str, float] = json.loads(figures)
     return result

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: 2026 The topoloc authors
-"""The demo's initial error and its idea of what is out of date."""
+"""The demo's initial error."""
 
-import os
 from pathlib import Path
 
 import numpy as np
 import pytest
-from demo import disturbed_first_pose, outdated
+from demo import disturbed_first_pose
 
 
 def test_first_pose_is_wrong_by_one_metre_and_three_degrees(tmp_path: Path) -> None:
@@ -20,15 +19,3 @@ def test_first_pose_is_wrong_by_one_metre_and_three_degrees(tmp_path: Path) -> N
     # |q1 . q2| is the cosine of half the angle between them.
     angle_rad = 2.0 * np.arccos(abs(values[3:] @ true_quaternion))
     assert np.degrees(angle_rad) == pytest.approx(3.0, abs=1e-4)
-
-
-def test_product_is_outdated_when_a_source_is_newer(tmp_path: Path) -> None:
-    folder, product = tmp_path / "sources", tmp_path / "product"
-    folder.mkdir()
-    (folder / "a").touch()
-    assert outdated(product, [folder])
-    product.touch()
-    os.utime(folder / "a", (1000.0, 1000.0))
-    assert not outdated(product, [folder])
-    os.utime(product, (999.0, 999.0))
-    assert outdated(product, [folder])

@@ -10,7 +10,9 @@
 
 namespace topoloc::can {
 
-inline constexpr std::size_t kMaxPayloadBytes = 64;        ///< CAN FD; classic CAN has 8
+inline constexpr std::size_t kMaxPayloadBytes = 64;  ///< CAN FD; classic CAN has 8
+inline constexpr std::uint32_t kMaxStandardId = 0x7FFU;
+inline constexpr std::uint32_t kMaxExtendedId = 0x1FFF'FFFFU;
 inline constexpr std::size_t kMaxInterfaceNameBytes = 15;  ///< IFNAMSIZ less its zero
 
 enum class FrameKind : std::uint8_t {

@@ -54,6 +54,8 @@ struct VehicleSignalsConfig {
   struct Direction {
     std::string signal;  ///< gear or direction of travel; empty: speeds are signed or never reverse
     std::vector<std::string> reverse_values;  ///< raw numbers or VAL_ names that mean reverse
+    /// Where complaints about them shall point to; empty: to the DBC files.
+    std::string reverse_values_place;
     std::string interface;
   } direction;
 
@@ -71,9 +73,10 @@ enum class SignalReject : std::uint8_t {
   kOutOfLimits,        ///< outside the DBC's [min|max]
   kNotFinite,          ///< float signal that is NaN or infinite
   kNonMonotonicTime,   ///< older than the sensor's previous frame, or same time as its last sample
+  kLeapInTime,         ///< more than 5 s after the sensor's previous frame, and not yet confirmed
   kUnpaired,           ///< partner frame lost, counter differs or too far apart in time
 };
-inline constexpr std::size_t kSignalRejectCount = 7;
+inline constexpr std::size_t kSignalRejectCount = 8;
 std::string_view name(SignalReject reason);
 
 /// What one frame completed.
@@ -82,7 +85,9 @@ struct VehicleSamples {
   std::optional<estimation::SpeedSample> speed;
 };
 
-/// Turns CAN frames into IMU and speed samples.
+/// Turns CAN frames into IMU and speed samples. The stamps of a sensor's samples increase, but for
+/// where its clock was set: frames whose stamps go back or leap ahead are rejected until as many in
+/// a row as make five samples agree on the new time; from then on that is the sensor's time.
 class VehicleSignals {
  public:
   /// Loads the DBC files. Throws std::runtime_error, naming file and signal, on a signal or unit
@@ -99,6 +104,8 @@ class VehicleSignals {
 
   [[nodiscard]] std::uint64_t rejected(SignalReject reason) const;
   [[nodiscard]] std::uint64_t rejected_total() const;
+  /// How often a sensor's clock was set.
+  [[nodiscard]] std::uint64_t new_time_lines() const;
 
  private:
   struct Table;

@@ -33,10 +33,9 @@ struct PoseError {
 };
 
 struct MatchOptions {
-  /// Without a value every reference pose counts. With one, those from this many seconds after
-  /// both trajectories have begun (the later of the two first stamps): the time that a localiser
-  /// may take to settle.
-  std::optional<double> from_s;
+  /// Reference poses count from this many seconds after the reference begins: the time that a
+  /// localiser may take to start and to settle.
+  double from_s = 0.0;
   /// The estimate is not interpolated across a longer gap.
   std::int64_t max_gap_ns = 200'000'000;
 };
@@ -47,8 +46,8 @@ struct MatchedErrors {
   std::size_t reference_poses = 0;  ///< reference poses from there to the end of the reference
 };
 
-/// Errors at all reference stamps that the estimate covers. An estimate that starts late (without
-/// from_s), stops early or has gaps matches fewer of them.
+/// Errors at all reference stamps that the estimate covers. An estimate that starts late, stops
+/// early or has gaps matches fewer of them.
 /// Throws std::runtime_error if no reference pose is left to judge or none is matched, and
 /// std::invalid_argument if from_s is negative or not finite.
 MatchedErrors match_errors(const Trajectory& reference, const Trajectory& estimate,

@@ -13,6 +13,8 @@
 
 namespace topoloc::evaluation {
 
+inline constexpr double kSecondsPerNs = 1e-9;
+
 struct StampedPose {
   std::int64_t time_ns = 0;  ///< Unix time
   RigidTransform T_world_imu;

@@ -24,6 +24,12 @@ Eigen::Matrix3d exp(const Eigen::Vector3d& phi_rad);
 /// Rotation vector [rad] of a rotation matrix, norm in [0, pi]; well defined at pi too.
 Eigen::Vector3d log(const Eigen::Matrix3d& R);
 
+/// Rz(yaw) Ry(pitch) Rx(roll) of [roll, pitch, yaw].
+Eigen::Matrix3d from_roll_pitch_yaw(const Eigen::Vector3d& rpy_rad);
+
+/// [roll, pitch, yaw] of a rotation matrix, pitch within +-pi/2, where roll and yaw are lost.
+Eigen::Vector3d roll_pitch_yaw(const Eigen::Matrix3d& R);
+
 /// Right Jacobian: Exp(phi + d) = Exp(phi) Exp(J_r(phi) d) to first order in d.
 Eigen::Matrix3d right_jacobian(const Eigen::Vector3d& phi_rad);
 

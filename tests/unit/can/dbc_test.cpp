@@ -18,7 +18,7 @@ using ::testing::ThrowsMessage;
 
 Dbc parse(const std::string& text) { return Dbc::parse(text, "car.dbc"); }
 
-constexpr auto kCar = R"(VERSION ""
+constexpr auto kCarDbc = R"(VERSION ""
 
 NS_ :
 	NS_DESC_
@@ -51,7 +51,7 @@ VAL_ 999 NOWHERE 0 "off" ;
 )";
 
 TEST(Dbc, ReadsMessagesAndSignals) {
-  const Dbc dbc = parse(kCar);
+  const Dbc dbc = parse(kCarDbc);
   ASSERT_EQ(dbc.messages().size(), 3U);
   const Message* wheels = dbc.find(170, false);
   ASSERT_NE(wheels, nullptr);
@@ -73,14 +73,14 @@ TEST(Dbc, ReadsMessagesAndSignals) {
 }
 
 TEST(Dbc, TellsExtendedFromStandardIds) {
-  const Dbc dbc = parse(kCar);
+  const Dbc dbc = parse(kCarDbc);
   ASSERT_NE(dbc.find(0x0CF004FE, true), nullptr);
   EXPECT_EQ(dbc.find(0x0CF004FE, false), nullptr);
   EXPECT_EQ(dbc.find(170, true), nullptr);
 }
 
 TEST(Dbc, KeepsValueNames) {
-  const Dbc dbc = parse(kCar);
+  const Dbc dbc = parse(kCarDbc);
   const auto& names = dbc.signal("ENGINE.GEAR").signal->value_names;
   ASSERT_EQ(names.size(), 3U);
   EXPECT_EQ(names[1], (std::pair<std::int64_t, std::string>{1, "R"}));
@@ -89,7 +89,7 @@ TEST(Dbc, KeepsValueNames) {
 
 TEST(Dbc, ReadsWindowsLineEndsAndByteOrderMark) {
   std::string text = "\xEF\xBB\xBF";
-  for (const char c : std::string(kCar)) {
+  for (const char c : std::string(kCarDbc)) {
     text += c == '\n' ? std::string("\r\n") : std::string(1, c);
   }
   EXPECT_EQ(parse(text).messages().size(), 3U);
@@ -97,7 +97,7 @@ TEST(Dbc, ReadsWindowsLineEndsAndByteOrderMark) {
 }
 
 TEST(Dbc, UnknownNamesSuggestCloseOnes) {
-  const Dbc dbc = parse(kCar);
+  const Dbc dbc = parse(kCarDbc);
   EXPECT_THAT([&] { (void)dbc.signal("WHEEL.SPEED_FL"); },
               ThrowsMessage<std::runtime_error>(AllOf(
                   StartsWith("car.dbc: "), HasSubstr("no message 'WHEEL'"), HasSubstr("WHEELS"))));

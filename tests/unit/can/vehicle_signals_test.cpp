@@ -5,6 +5,7 @@
 #include "support/allocation_trap.hpp"
 #include "support/temporary_folder.hpp"
 
+#include <functional>
 #include <numbers>
 #include <stdexcept>
 
@@ -17,7 +18,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-constexpr auto kCar = R"(BO_ 256 ACCEL: 8 X
+constexpr auto kSensorsDbc = R"(BO_ 256 ACCEL: 8 X
  SG_ AX : 0|16@1- (0.01,0) [-100|100] "m/s^2" X
  SG_ AY : 16|16@1- (0.01,0) [-100|100] "m/s^2" X
  SG_ AZ : 32|16@1- (0.01,0) [-100|100] "m/s^2" X
@@ -49,8 +50,8 @@ constexpr std::int64_t kMillisecond_ns = 1'000'000;
 
 class VehicleSignalsTest : public ::testing::Test {
  protected:
-  VehicleSignalsTest() : dbc_(Dbc::parse(kCar, "car.dbc")) {
-    config_.dbcs = {folder_.with("car.dbc", kCar)};
+  VehicleSignalsTest() : dbc_(Dbc::parse(kSensorsDbc, "car.dbc")) {
+    config_.dbcs = {folder_.with("car.dbc", kSensorsDbc)};
   }
 
   void with_imu() {
@@ -223,7 +224,7 @@ TEST_F(VehicleSignalsTest, SensorsOfDifferentFilesMayShareIdsOnDifferentInterfac
 
 TEST_F(VehicleSignalsTest, SignalOfTwoFilesIsAmbiguous) {
   config_.wheels.speeds = {"REAR.RL"};
-  config_.dbcs.push_back(folder_.with("copy.dbc", kCar));
+  config_.dbcs.push_back(folder_.with("copy.dbc", kSensorsDbc));
   EXPECT_THAT([this] { VehicleSignals{config_}; },
               ThrowsMessage<std::runtime_error>(HasSubstr("'REAR.RL' is in 2 of these files")));
 }
@@ -255,6 +256,93 @@ TEST_F(VehicleSignalsTest, CountsEveryRejectUnderItsReason) {
   EXPECT_TRUE(unchecked.feed(wheels(10, "REAR", 299.5)).speed);
 }
 
+TEST_F(VehicleSignalsTest, OneStampFarInTheFutureCostsOneSample) {
+  with_imu();
+  VehicleSignals signals(config_);
+  int samples = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const double time_ms = 10.0 * i;
+    samples += signals.feed(accel(time_ms, 1.0)).imu ? 1 : 0;
+    samples += signals.feed(rate(i == 500 ? time_ms + 3.6e6 : time_ms, 1.0)).imu ? 1 : 0;
+  }
+  EXPECT_EQ(samples, 999);
+  EXPECT_EQ(signals.rejected(SignalReject::kLeapInTime), 1U);
+  EXPECT_EQ(signals.rejected(SignalReject::kUnpaired), 1U);
+  EXPECT_EQ(signals.rejected_total(), 2U);
+  EXPECT_EQ(signals.new_time_lines(), 0U);
+}
+
+/// Feeds 20 samples, sets the clock by so much and feeds 20 more; returns the times of all samples.
+std::vector<std::int64_t> times_around_set_clock(
+    VehicleSignals& signals, double set_by_ms,
+    const std::function<VehicleSamples(VehicleSignals&, double)>& feed) {
+  std::vector<std::int64_t> times;
+  for (int i = 0; i < 40; ++i) {
+    const VehicleSamples samples = feed(signals, 100'000.0 + 10.0 * i + (i < 20 ? 0 : set_by_ms));
+    if (samples.imu) {
+      times.push_back(samples.imu->time_ns);
+    } else if (samples.speed) {
+      times.push_back(samples.speed->time_ns);
+    }
+  }
+  return times;
+}
+
+TEST_F(VehicleSignalsTest, ClockThatWasSetIsBelievedAfterFiveSamples) {
+  with_imu();
+  config_.wheels.speeds = {"REAR.RL", "REAR.RR"};
+  const auto feed_imu = [this](VehicleSignals& signals, double time_ms) {
+    signals.feed(accel(time_ms, 1.0));
+    return signals.feed(rate(time_ms, 1.0));
+  };
+  const auto feed_speed = [this](VehicleSignals& signals, double time_ms) {
+    return signals.feed(wheels(time_ms, "REAR", 36.0));
+  };
+  for (const double set_by_ms : {60'000.0, -60'000.0, -205.0}) {
+    const auto reason = set_by_ms > 0 ? SignalReject::kLeapInTime : SignalReject::kNonMonotonicTime;
+    const std::int64_t last_ns =
+        static_cast<std::int64_t>(100'390 + set_by_ms) * kMillisecond_ns;  // of all that are fed
+    {
+      VehicleSignals signals(config_);
+      const auto times = times_around_set_clock(signals, set_by_ms, feed_speed);
+      EXPECT_EQ(times.size(), 36U) << "the fifth is believed";
+      EXPECT_EQ(times.back(), last_ns);
+      EXPECT_EQ(signals.rejected(reason), 4U);
+      EXPECT_EQ(signals.rejected_total(), 4U);
+      EXPECT_EQ(signals.new_time_lines(), 1U);
+    }
+    VehicleSignals signals(config_);
+    const auto times = times_around_set_clock(signals, set_by_ms, feed_imu);
+    EXPECT_EQ(times.size(), 35U) << "the tenth frame is believed, its partner was not";
+    EXPECT_EQ(times.back(), last_ns);
+    EXPECT_EQ(signals.rejected(reason), 9U);
+    EXPECT_EQ(signals.new_time_lines(), 1U);
+  }
+}
+
+TEST_F(VehicleSignalsTest, FirstStampMayBeTheWrongOne) {
+  config_.wheels.speeds = {"REAR.RL", "REAR.RR"};
+  for (const double first_ms : {0.0, 1e9}) {
+    VehicleSignals signals(config_);
+    signals.feed(wheels(first_ms, "REAR", 36.0));
+    int samples = 0;
+    for (int i = 0; i < 10; ++i) {
+      samples += signals.feed(wheels(100'000.0 + 10.0 * i, "REAR", 36.0)).speed ? 1 : 0;
+    }
+    EXPECT_EQ(samples, 6);
+  }
+}
+
+TEST_F(VehicleSignalsTest, LateFramesOfOneGatewayMakeNoNewTimeLine) {
+  config_.wheels.speeds = {"REAR.RL", "REAR.RR"};
+  VehicleSignals signals(config_);
+  for (int i = 0; i < 100; ++i) {  // every second frame is 15 ms late
+    signals.feed(wheels(10.0 * i - (i % 2 == 0 ? 0.0 : 15.0), "REAR", 36.0));
+  }
+  EXPECT_EQ(signals.rejected(SignalReject::kNonMonotonicTime), 50U);
+  EXPECT_EQ(signals.new_time_lines(), 0U);
+}
+
 TEST_F(VehicleSignalsTest, RejectsFloatThatIsNotFinite) {
   config_.wheels.speeds = {"FLOATS.F"};
   VehicleSignals signals(config_);
@@ -282,7 +370,8 @@ TEST_F(VehicleSignalsTest, MultiplexedWheelsComeInTheirOwnFrames) {
 TEST_F(VehicleSignalsTest, FeedingNeverAllocates) {
   with_imu_counters();
   config_.wheels.speeds = {"FRONT.FL", "FRONT.FR", "REAR.RL", "REAR.RR"};
-  config_.direction = {.signal = "GEARBOX.GEAR", .reverse_values = {"R"}, .interface = ""};
+  config_.direction.signal = "GEARBOX.GEAR";
+  config_.direction.reverse_values = {"R"};
   VehicleSignals signals(config_);
   std::vector<Frame> frames;
   for (int i = 0; i < 100; ++i) {
@@ -293,6 +382,7 @@ TEST_F(VehicleSignalsTest, FeedingNeverAllocates) {
     frames.push_back(frame(10 * i, "GEARBOX", {{"GEAR", i % 2}}));
     frames.back().length = static_cast<std::uint8_t>(i % 2);
   }
+  frames.insert(frames.begin() + 250, wheels(1e9, "REAR", 36.0));
   int imu = 0;
   int speed = 0;
   const testing::AllocationTrap trap;
@@ -349,8 +439,21 @@ TEST_F(VehicleSignalsTest, BadConfigurationsSayWhatIsWrong) {
   config_.direction.signal = "GEARBOX.GEAR";
   expect_error("no value is configured to mean reverse");
   config_.wheels.speeds = {"REAR.RL"};
-  config_.direction = {.signal = "GEARBOX.GEAR", .reverse_values = {"Rear"}, .interface = ""};
+  config_.direction.signal = "GEARBOX.GEAR";
+  config_.direction.reverse_values = {"Rear"};
   expect_error("neither a whole number nor one of its value names (D, R)");
+  for (const char* too_large : {"16", "-9", "9223372036854775807", "-9223372036854775808"}) {
+    config_.wheels.speeds = {"REAR.RL"};
+    config_.direction.signal = "GEARBOX.GEAR";
+    config_.direction.reverse_values = {"-8", "15", too_large};
+    config_.direction.reverse_values_place = "vehicle.yaml:9: can.direction.reverse_values";
+    expect_error("vehicle.yaml:9: can.direction.reverse_values: reverse value '" +
+                 std::string(too_large) + "' of signal 'GEARBOX.GEAR' does not fit its 4 bits");
+  }
+  config_.wheels.speeds = {"REAR.RL"};
+  config_.direction.signal = "MUX.PAGE";
+  config_.direction.reverse_values = {"-1"};
+  expect_error("reverse value '-1' of signal 'MUX.PAGE' does not fit its 8 bits");
   config_.dbcs = {"/nowhere/car.dbc"};
   expect_error("/nowhere/car.dbc: cannot open");
   config_.dbcs = {};

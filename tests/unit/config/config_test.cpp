@@ -207,6 +207,37 @@ TEST_F(ConfigTest, ValueOutOfRangeIsRejected) {
               HasSubstr("expected a list of 3 numbers, found a list of 2"));
 }
 
+TEST_F(ConfigTest, MatchingKeyOutOfRangeIsNamedWithItsOwnLine) {
+  const std::pair<const char*, const char*> refused[] = {
+      {"width_px: 4096", "width_px: expected a whole number in [64, 2048], found '4096'"},
+      {"threads: 65", "threads: expected a whole number in [1, 64]"},
+      {"min_matches: 3", "min_matches: expected a whole number in [4, 2048]"},
+      {"focal_px: 9", "focal_px: expected a number in [10, 10000]"},
+      {"guided: {ratio: 0.05}", "guided.ratio: expected a number in [0.1, 1]"},
+      {"guided: {gate_sigmas: 11}", "guided.gate_sigmas: expected a number in [1, 10]"},
+      {"guided: {min_gate_px: 20, max_gate_px: 10}",
+       "guided.max_gate_px: expected a number in [20, 10000], found '10'"},
+      {"outliers: {method: magic}", "outliers.method: expected one of paper, robust"},
+  };
+  for (const auto& [line, what] : refused) {
+    EXPECT_THAT(complaint_with("matching:\n  matcher: mutual\n  " + std::string(line) + "\n"),
+                HasSubstr("vehicle.yaml:14: matching." + std::string(what)));
+  }
+}
+
+TEST_F(ConfigTest, DefaultThatDoesNotGoWithAnotherKeyIsNamed) {
+  EXPECT_THAT(complaint_with("matching: {max_features: 32}\n"),
+              HasSubstr("vehicle.yaml:12: matching.min_features: expected a number in [0, 32], "
+                        "found none, and the default is 50"));
+}
+
+TEST_F(ConfigTest, WhatTheReaderTakesTheMatcherTakes) {
+  write("vehicle.yaml", std::string(kVehicle) +
+                            "matching: {width_px: 2048, threads: 64, min_matches: 4, focal_px: 10,"
+                            " guided: {gate_sigmas: 10, ratio: 0.1}}\n");
+  EXPECT_NO_THROW(validate(load().matching));
+}
+
 TEST_F(ConfigTest, MissingKeyIsNamed) {
   write("vehicle.yaml", replaced(kVehicle, "  calibration: imu.yaml\n", "  {}\n"));
   EXPECT_THAT(complaint(), HasSubstr("imu.calibration: missing"));

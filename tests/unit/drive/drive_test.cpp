@@ -7,6 +7,8 @@
 #include "support/drive_folder.hpp"
 #include "support/temporary_folder.hpp"
 
+#include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <string>
@@ -53,6 +55,20 @@ class DriveTest : public ::testing::Test {
                   "(1700000000.000000) can0 102#EE02000000000000\n");
   }
 
+  /// Appends samples 10 ms apart to can.log: IMU and speed frames, the first at this time.
+  void append_samples(double first_s, int count) const {
+    std::ofstream log(dir_ / "can.log", std::ios::app);
+    for (int i = 0; i < count; ++i) {
+      char lines[256];
+      const double time_s = first_s + 0.01 * i;
+      std::snprintf(lines, sizeof lines,  // the last byte holds the counter
+                    "(%.6f) can0 100#000000000068BF%X0\n"
+                    "(%.6f) can0 101#00000000008813%X0\n"
+                    "(%.6f) can0 102#EE02000000000000\n",
+                    time_s, i % 16, time_s, i % 16, time_s);
+      log << lines;
+    }
+  }
   template <typename Function>
   [[nodiscard]] static std::string complaint(const Function& function) {
     try {
@@ -75,6 +91,28 @@ class DriveTest : public ::testing::Test {
                                0.25};
   std::filesystem::path dir_ = folder_.dir();
 };
+
+TEST_F(DriveTest, ReverseValueThatDoesNotFitIsNamedWithFileLineAndKey) {
+  std::ifstream file(dir_ / "vehicle.yaml");
+  std::string text(std::istreambuf_iterator<char>(file), {});
+  text.replace(text.find("[REVERSE]"), 9, "[\"6\"]");
+  write("vehicle.yaml", text);
+  EXPECT_THAT(complaint([this] { load_drive(dir_); }),
+              HasSubstr("vehicle.yaml:10: can.direction.reverse_values: reverse value '6' of "
+                        "signal 'TRAVEL_DIRECTION.DIRECTION' does not fit its 2 bits"));
+}
+
+TEST_F(DriveTest, TimesIncreaseWhereTheClockWasSetBack) {
+  append_samples(1'700'000'001.0, 20);
+  append_samples(1'700'000'001.1, 30);  // set back by 0.1 s
+  const Drive drive = load_drive(dir_);
+  const auto later = [](const auto& a, const auto& b) { return a.time_ns >= b.time_ns; };
+  EXPECT_EQ(std::adjacent_find(drive.imu.begin(), drive.imu.end(), later), drive.imu.end());
+  EXPECT_EQ(std::adjacent_find(drive.speed.begin(), drive.speed.end(), later), drive.speed.end());
+  EXPECT_EQ(drive.imu.back().time_ns, 1'700'000'001'390'000'000);
+  EXPECT_EQ(drive.speed.back().time_ns, 1'700'000'001'390'000'000);
+  EXPECT_GT(drive.rejected.at("clock set back"), 0U);
+}
 
 TEST_F(DriveTest, DecodesCanLogWithTheShippedDbc) {
   const Drive drive = load_drive(dir_);

@@ -13,7 +13,7 @@
 namespace topoloc::evaluation {
 namespace {
 
-constexpr std::int64_t kStep_ns = 100'000'000;
+constexpr std::int64_t kDriveStep_ns = 100'000'000;
 constexpr double kSpeed_mps = 10.0;
 constexpr double kHeading_rad = 2.0;
 
@@ -24,7 +24,7 @@ Trajectory straight_drive() {
   const Eigen::Vector3d forward(std::cos(kHeading_rad), std::sin(kHeading_rad), 0.1);
   Trajectory trajectory;
   for (int i = 0; i <= 100; ++i) {
-    trajectory.push_back({i * kStep_ns, {R, forward * (kSpeed_mps * 0.1 * i)}});
+    trajectory.push_back({i * kDriveStep_ns, {R, forward * (kSpeed_mps * 0.1 * i)}});
   }
   return trajectory;
 }
@@ -117,7 +117,7 @@ TEST(PoseErrors, DriftIsTheHorizontalErrorBesideTheWayTravelled) {
 TEST(PoseErrors, HaveNoTimeOffsetAtStandstill) {
   Trajectory still;
   for (int i = 0; i < 10; ++i) {
-    still.push_back({i * kStep_ns, {}});
+    still.push_back({i * kDriveStep_ns, {}});
   }
   EXPECT_FALSE(score(match_errors(still, still)).time_offset_s.has_value());
 }
@@ -137,18 +137,23 @@ TEST(Coverage, CountsGapsLateStartAndEarlyEnd) {
 TEST(Coverage, BridgesGapsUpToTheLimit) {
   Trajectory estimate = straight_drive();
   estimate.erase(estimate.begin() + 40);
-  EXPECT_EQ(scores_of(estimate, {{}, 2 * kStep_ns}).matched, 101u);
-  EXPECT_EQ(scores_of(estimate, {{}, 2 * kStep_ns - 1}).matched, 100u);
+  EXPECT_EQ(scores_of(estimate, {0.0, 2 * kDriveStep_ns}).matched, 101u);
+  EXPECT_EQ(scores_of(estimate, {0.0, 2 * kDriveStep_ns - 1}).matched, 100u);
 }
 
-TEST(Coverage, FromSecondsCountsFromTheLaterStartToTheEndOfTheReference) {
+TEST(Coverage, FromSecondsCountsFromTheStartOfTheReferenceToItsEnd) {
   Trajectory estimate = straight_drive();
-  estimate.erase(estimate.begin(), estimate.begin() + 30);  // starts at 3 s
+  estimate.erase(estimate.begin(), estimate.begin() + 19);  // starts at 1.9 s
+  const MatchedErrors in_time = match_errors(straight_drive(), estimate, {2.0, kDriveStep_ns});
+  EXPECT_EQ(in_time.begin_ns, 2'000'000'000);
+  EXPECT_EQ(in_time.reference_poses, 81u);
+  EXPECT_EQ(score(in_time).coverage, 1.0);
+
+  estimate.erase(estimate.begin(), estimate.begin() + 51);  // starts at 7 s
   estimate.resize(estimate.size() - 10);                    // ends at 9 s
-  const MatchedErrors matched = match_errors(straight_drive(), estimate, {2.0, kStep_ns});
-  EXPECT_EQ(matched.begin_ns, 5'000'000'000);
-  EXPECT_EQ(matched.reference_poses, 51u);
-  EXPECT_EQ(matched.errors.size(), 41u);
+  const MatchedErrors late = match_errors(straight_drive(), estimate, {2.0, kDriveStep_ns});
+  EXPECT_EQ(late.reference_poses, 81u);
+  EXPECT_EQ(late.errors.size(), 21u);
 }
 
 TEST(MatchErrors, RefusesWhatCannotBeCompared) {
@@ -158,11 +163,11 @@ TEST(MatchErrors, RefusesWhatCannotBeCompared) {
     pose.time_ns += 1'000'000'000'000;
   }
   EXPECT_THROW(match_errors(reference, elsewhen), std::runtime_error);
-  EXPECT_THROW(match_errors(reference, reference, {11.0, kStep_ns}), std::runtime_error);
+  EXPECT_THROW(match_errors(reference, reference, {11.0, kDriveStep_ns}), std::runtime_error);
   EXPECT_THROW(match_errors(reference, {}), std::runtime_error);
-  EXPECT_THROW(match_errors(reference, reference, {-1.0, kStep_ns}), std::invalid_argument);
+  EXPECT_THROW(match_errors(reference, reference, {-1.0, kDriveStep_ns}), std::invalid_argument);
   EXPECT_THROW(
-      match_errors(reference, reference, {std::numeric_limits<double>::quiet_NaN(), kStep_ns}),
+      match_errors(reference, reference, {std::numeric_limits<double>::quiet_NaN(), kDriveStep_ns}),
       std::invalid_argument);
 }
 

@@ -144,6 +144,13 @@ TEST(So3, JacobiansAreSmoothWhereTheSeriesTakesOver) {
   }
 }
 
+TEST(So3, RollPitchYawTurnAboutXThenYThenZ) {
+  const Vector3d rpy_rad(0.3, -0.5, 2.0);
+  const Matrix3d R = from_roll_pitch_yaw(rpy_rad);
+  EXPECT_LT((R - exp({0, 0, 2.0}) * exp({0, -0.5, 0}) * exp({0.3, 0, 0})).norm(), 1e-15);
+  EXPECT_LT((roll_pitch_yaw(R) - rpy_rad).norm(), 1e-15);
+}
+
 TEST(So3, RenormalisedRemovesRoundingAndKeepsTheRotation) {
   const Matrix3d R = exp({0.5, -0.2, 1.3});
   const Matrix3d crept = R + 1e-8 * Matrix3d::Constant(1.0);
