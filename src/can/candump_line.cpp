@@ -145,7 +145,9 @@ CandumpError parse_candump_line(std::string_view line, Frame& frame) {
   }
   frame.time_ns = *time_ns;
   const std::string_view interface = take_field(line);
-  if (interface.empty() || interface.size() > kMaxInterfaceNameBytes) {
+  // A zero inside would end the name early, so that it equals no name that is looked for.
+  if (interface.empty() || interface.size() > kMaxInterfaceNameBytes ||
+      interface.find('\0') != std::string_view::npos) {
     return CandumpError::kInterface;
   }
   frame.set_interface(interface);

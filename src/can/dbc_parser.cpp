@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
-#include "topoloc/can/frame.hpp"
-
 #include "can/dbc_parser.hpp"
+
+#include "topoloc/can/frame.hpp"
 
 #include <algorithm>
 #include <array>

@@ -78,6 +78,7 @@ TEST(CandumpLine, NamesWhatIsWrong) {
   }
   EXPECT_EQ(error("(1.0)"), CandumpError::kInterface);
   EXPECT_EQ(error("(1.0) a_name_beyond_linux 123#"), CandumpError::kInterface);
+  EXPECT_EQ(error(std::string_view("(1.0) can\0 123#", 15)), CandumpError::kInterface);
   for (const char* line :
        {"(1.0) can0", "(1.0) can0 123", "(1.0) can0 12#", "(1.0) can0 800#", "(1.0) can0 1234#",
         "(1.0) can0 12G#", "(1.0) can0 -12#", "(1.0) can0 80000001#", "(1.0) can0 #11"}) {

@@ -96,7 +96,7 @@ TEST_F(DriveTest, ReverseValueThatDoesNotFitIsNamedWithFileLineAndKey) {
   std::ifstream file(dir_ / "vehicle.yaml");
   std::string text(std::istreambuf_iterator<char>(file), {});
   text.replace(text.find("[REVERSE]"), 9, "[\"6\"]");
-  write("vehicle.yaml", text);
+  folder_.write("vehicle.yaml", text);
   EXPECT_THAT(complaint([this] { load_drive(dir_); }),
               HasSubstr("vehicle.yaml:10: can.direction.reverse_values: reverse value '6' of "
                         "signal 'TRAVEL_DIRECTION.DIRECTION' does not fit its 2 bits"));
