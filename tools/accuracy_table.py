@@ -65,6 +65,8 @@ ROWS = [
         for s in ("640x384 crop", "1248x384")
     ],
     Row("two nodes a frame", matching={"nodes_per_frame": 2}),
+    Row("two nodes a frame, mutual", matching={"matcher": "mutual", "nodes_per_frame": 2}),
+    Row("two nodes a frame, guided", matching={"matcher": "guided", "nodes_per_frame": 2}),
     Row("paper's outlier removal", matching={"outliers": {"method": "paper"}}),
     Row("speed scaled by 1.02", vehicle={"wheel_scale": 1.02}),
     Row("matches 0.3 s late", localise=("--match-delay", "0.3")),

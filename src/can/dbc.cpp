@@ -34,6 +34,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 std::string close_names(std::string_view wanted, const std::vector<std::string>& names) {
   constexpr std::size_t kMost = 3;
   std::vector<std::pair<std::size_t, std::string>> ranked;
+  ranked.reserve(names.size());
   for (const std::string& candidate : names) {
     ranked.emplace_back(edit_distance(wanted, candidate), candidate);
   }
