@@ -5,8 +5,11 @@ a known drive: a car on an inclined arc, its sensors mounted at known angles."""
 
 from __future__ import annotations
 
+import json
+import os
 import re
 import struct
+import subprocess
 from pathlib import Path
 
 import cantools
@@ -27,12 +30,15 @@ from topoloc_import.voxel_cloud import VoxelCloud
 
 Array = npt.NDArray[np.float64]
 
+ROOT = Path(__file__).resolve().parents[2]
+LOCALISE = Path(os.environ.get("TOPOLOC_BIN", ROOT / "build/release/bin")) / "topoloc-localise"
 START_NS = 1_524_211_208_404_312_059
 STEP_NS = 10_000_000
 ROWS = 200  # two seconds of poses, IMU rows, counts
 SPEED_MPS = 6.0
-TURN_RADPS = 0.3
-CLIMB_MPS = 0.2
+FIRST_YAW_RAD, TURN_RADPS = 1.0, 0.3
+PITCH_RAD, ROLL_RAD = -0.03, -0.02  # nose up: the car climbs where it points
+GRAVITY_MPS2 = np.array([0.0, 0.0, 9.81])
 TRACK_M = 1.5
 FIRST_UTM_M = np.array([333012.345, 4140620.71, 20.46])
 ORIGIN_M = np.array([333012.0, 4140621.0, 20.0])
@@ -78,12 +84,12 @@ MOUNTINGS = {  # T_vehicle_sensor
 def vehicle_pose(time_ns: int) -> Array:
     """T_world_vehicle [m], ORIGIN_M taken off."""
     t = (time_ns - START_NS) * 1e-9
-    first, yaw = 1.0, 1.0 + TURN_RADPS * t
-    radius = SPEED_MPS / TURN_RADPS
+    first, yaw = FIRST_YAW_RAD, FIRST_YAW_RAD + TURN_RADPS * t
+    radius = SPEED_MPS * np.cos(PITCH_RAD) / TURN_RADPS
     east = radius * (np.sin(yaw) - np.sin(first))
     north = radius * (np.cos(first) - np.cos(yaw))
-    position = FIRST_UTM_M - ORIGIN_M + np.array([east, north, CLIMB_MPS * t])
-    return transform(rpy(-0.02, 0.03, yaw), position)
+    up = -np.sin(PITCH_RAD) * SPEED_MPS * t
+    return transform(rpy(ROLL_RAD, PITCH_RAD, yaw), FIRST_UTM_M - ORIGIN_M + [east, north, up])
 
 
 def apply(T: Array, points: Array) -> Array:
@@ -106,12 +112,21 @@ def seen_from(sensor: str, time_ns: int, p_world: Array) -> Array:
     return apply(np.linalg.inv(vehicle_pose(time_ns) @ MOUNTINGS[sensor]), p_world)
 
 
-def specific_force(i: int) -> list[float]:
-    return [0.01 * i, -0.02 * i, 9.8 + 0.001 * i]
+def imu_sample(i: int) -> tuple[list[float], list[float]]:
+    """Specific force and rate of row i in the axes of the IMU, which the turn swings around."""
+    pose = vehicle_pose(START_NS + 5_000_000 + i * STEP_NS)
+    R_imu_world = (pose[:3, :3] @ MOUNTINGS["IMU"][:3, :3]).T
+    arm = pose[:3, :3] @ MOUNTINGS["IMU"][:3, 3]
+    turn = np.array([0.0, 0.0, TURN_RADPS])
+    acceleration = np.cross(turn, SPEED_MPS * pose[:3, 0] + np.cross(turn, arm))
+    force = R_imu_world @ (acceleration + GRAVITY_MPS2)
+    return force.tolist(), (R_imu_world @ turn).tolist()
 
 
-def rate(i: int) -> list[float]:
-    return [0.001 * i, -0.002 * i, 0.3 + 0.0005 * i]
+def imu_row(i: int) -> list[float]:
+    """Attitude, rate, specific force, magnetic field; what must not matter is no attitude."""
+    force, rate = imu_sample(i)
+    return [77.0] * 7 + rate + force + [88.0] * 3
 
 
 def mosaic(time_ns: int) -> npt.NDArray[np.uint8]:
@@ -172,11 +187,8 @@ def recording(tmp_path: Path) -> Path:
     )
     (source / "global_pose.csv").write_text("\n".join(lines) + "\n")
     sensors = source / "sensor_data"
-    (sensors / "xsens_imu.csv").write_text(
-        csv_lines(
-            5_000_000, [[77.0] * 7 + rate(i) + specific_force(i) + [88.0] * 3 for i in range(ROWS)]
-        )
-    )
+    rows = [imu_row(i) for i in range(ROWS)]
+    (sensors / "xsens_imu.csv").write_text(csv_lines(5_000_000, rows))
     (sensors / "encoder.csv").write_text(csv_lines(3_000_000, encoder_counts(ROWS)))
     for time_ns in IMAGE_NS:
         Image.fromarray(mosaic(time_ns)).save(source / "image" / "stereo_left" / f"{time_ns}.png")
@@ -264,9 +276,10 @@ def test_imu_rows_keep_their_values_and_times(recording: Path) -> None:
     frames = decoded_log(recording.with_name("drive"))
     assert len(frames["IMU_ACCEL"]) == len(frames["IMU_RATE"]) == ROWS
     for i in range(ROWS):
+        force, rate = imu_sample(i)
         for name, signal, expected, error in (
-            ("IMU_ACCEL", "ACCEL", specific_force(i), 1.01e-4),
-            ("IMU_RATE", "RATE", rate(i), 1.01e-5),
+            ("IMU_ACCEL", "ACCEL", force, 1.01e-4),
+            ("IMU_RATE", "RATE", rate, 1.01e-5),
         ):
             time_us, signals = frames[name][i]
             assert abs(time_us * 1000 - (START_NS + 5_000_000 + i * STEP_NS)) <= 500
@@ -464,6 +477,22 @@ def test_scans_without_poses_are_left_out_and_counted(
     assert "scans: 4 of 6 have no poses around them" in capsys.readouterr().out
     points = cloud_points(recording.with_name("drive"))
     assert points[:, :3] == pytest.approx(np.tile(LANDMARKS_M, (2, 1)), abs=2e-3)
+
+
+def test_dead_reckoning_follows_the_truth(recording: Path, tmp_path: Path) -> None:
+    """IMU, wheels, mounting and truth of the folder fit together: the filter agrees with all."""
+    assert run(recording) == 0
+    estimate, summary = tmp_path / "estimate.tum", tmp_path / "summary.json"
+    command: list[str | Path] = [LOCALISE, "--drive", recording.with_name("drive")]
+    command += ["--dead-reckoning", "--out", estimate, "--json", summary]
+    subprocess.run(command, check=True)
+    assert set(json.loads(summary.read_text())["rejected"]) <= {"data_before_start"}
+    last = np.loadtxt(estimate)[-1]
+    expected = vehicle_pose(round(last[0] * 1e9)) @ MOUNTINGS["IMU"]
+    assert last[0] > START_NS * 1e-9 + 1.9
+    assert last[1:4] == pytest.approx(expected[:3, 3], abs=0.05)
+    # The filter starts with the rotation of the pose 10 ms before its first sample: 3 mrad here.
+    assert rotations(last[None, 4:])[0] == pytest.approx(expected[:3, :3], abs=0.005)
 
 
 @pytest.mark.parametrize("tiles_in_memory", [1, 64])

@@ -52,13 +52,13 @@ ENCODER_COLUMNS = 2
 MAX_ENCODER_INTERVAL_NS = 500_000_000  # over a longer one a mean speed says little
 MAX_SPEED_MPS = 65.0  # of the DBC
 
-MTI_300 = ImuNoise(
+MTI_100_SERIES = ImuNoise(
     accel_noise_density=0.006,
     accel_random_walk=0.0003,
     gyro_noise_density=0.0003,
     gyro_random_walk=0.00001,
-    comment="Xsens MTi-300: the data sheet's densities (60 ug, 0.01 deg/s per sqrt(Hz)) times ten\n"
-    "and almost two, for a vibrating car. Not measured on this data.",
+    comment="Xsens MTi-100 series: the data sheet's densities (60 ug, 0.01 deg/s per sqrt(Hz))\n"
+    "times ten and almost two, for a vibrating car. Not measured on this data.",
 )
 
 
@@ -90,7 +90,7 @@ def import_complex_urban(source: Path, folder: Path, options: Options) -> None:
     write_world(folder / "world.yaml", origin_m)
     rate_hz = 1e9 / float(np.median(np.diff(imu.time_ns)))
     T_cam_imu = inverse(T_vehicle_cam) @ T_vehicle_imu
-    write_calibration(folder, camera_model(intrinsics, T_cam_imu), rate_hz, MTI_300)
+    write_calibration(folder, camera_model(intrinsics, T_cam_imu), rate_hz, MTI_100_SERIES)
     write_vehicle(folder, f"Complex Urban {source.resolve().name}", mounting(T_vehicle_imu))
     write_camera(folder, frames(images, intrinsics, options.grey))
     if options.cloud is not None:

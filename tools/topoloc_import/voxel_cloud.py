@@ -76,15 +76,19 @@ class VoxelCloud:
         tile, inside = np.divmod(voxel[:, :2], self._per_tile)
         height = np.clip(voxel[:, 2] + (1 << (Z_BITS - 1)), 0, (1 << Z_BITS) - 1)
         keys = ((inside[:, 0] * self._per_tile + inside[:, 1]) << Z_BITS) + height
-        tiles, member = np.unique(tile, axis=0, return_inverse=True)
+        order = np.lexsort((tile[:, 1], tile[:, 0]))  # stable: in a tile first come first
+        ends = np.flatnonzero(np.any(np.diff(tile[order], axis=0) != 0, axis=1)) + 1
         kept = []
-        for number, (x, y) in enumerate(tiles.tolist()):
-            indices = np.flatnonzero(member.reshape(-1) == number)
+        for indices in np.split(order, ends):
+            if not len(indices):
+                continue
+            x, y = tile[indices[0]].tolist()
             found, first = np.unique(keys[indices], return_index=True)
             taken = self._tile((x, y))
-            new = ~np.isin(found, taken, assume_unique=True)
+            place = np.minimum(np.searchsorted(taken, found), len(taken) - 1)
+            new = taken[place] != found if len(taken) else np.ones(len(found), dtype=bool)
             kept.append(indices[first[new]])
-            self._tiles[x, y] = np.concatenate([taken, found[new]])
+            self._tiles[x, y] = np.sort(np.concatenate([taken, found[new]]))
         return np.sort(np.concatenate(kept)) if kept else np.empty(0, np.int64)
 
     def _tile(self, tile: tuple[int, int]) -> Keys:
