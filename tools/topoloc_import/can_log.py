@@ -30,8 +30,8 @@ class InertialRow:
 
 
 class SensorFrames:
-    """Encodes rows with the shipped DBC: per row IMU_ACCEL, IMU_RATE, TRAVEL_DIRECTION and
-    WHEEL_SPEEDS (four equal wheels), in this order, at the same time."""
+    """Encodes samples with the shipped DBC: IMU_ACCEL and IMU_RATE of the IMU, TRAVEL_DIRECTION and
+    WHEEL_SPEEDS of the wheels, the frames of a sample at the same time with the same counter."""
 
     def __init__(self, dbc: Path, interface: str = "can0") -> None:
         database = cantools.database.load_file(dbc, strict=True)
@@ -40,18 +40,32 @@ class SensorFrames:
         self._messages: dict[str, Message] = {m.name: m for m in database.messages}
         self._interface = interface
         self._counter = 0
+        self._wheel_counter = 0
 
     def lines(self, row: InertialRow) -> list[str]:
         """The candump lines of one row. Time stamps are rounded to candump's microseconds."""
         speed = row.forward_speed_mps
-        direction = 0 if speed == 0.0 else 1 if speed > 0.0 else 2
-        n = self._counter
+        imu = self.imu_lines(row.time_ns, row.specific_force_mps2, row.angular_rate_radps)
+        return imu + self.wheel_lines(row.time_ns, speed, speed)
+
+    def wheel_lines(self, time_ns: int, left_mps: float, right_mps: float) -> list[str]:
+        """The two lines of one sample of the wheels' forward speeds with their signs; front and
+        rear wheels of a side are the same. The message holds magnitudes and one direction: where
+        the sides turn against each other, the mean is kept and one side reads zero."""
+        n = self._wheel_counter
+        self._wheel_counter = (n + 1) % COUNTER_MODULO
+        total = left_mps + right_mps
+        sign = -1.0 if total < 0.0 else 1.0
+        left, right = sign * left_mps, sign * right_mps
+        if left < 0.0 or right < 0.0:
+            left, right = (abs(total), 0.0) if left > right else (0.0, abs(total))
+        direction = 0 if total == 0.0 else 1 if total > 0.0 else 2
+        speeds = dict(zip(WHEELS, (left, right, left, right), strict=True))
         frames: list[tuple[str, dict[str, float]]] = [
             ("TRAVEL_DIRECTION", {"DIRECTION": direction, "DIRECTION_COUNTER": n}),
-            ("WHEEL_SPEEDS", {**dict.fromkeys(WHEELS, abs(speed)), "SPEED_COUNTER": n}),
+            ("WHEEL_SPEEDS", {**speeds, "SPEED_COUNTER": n}),
         ]
-        imu = self.imu_lines(row.time_ns, row.specific_force_mps2, row.angular_rate_radps)
-        return imu + [self._line(row.time_ns, name, signals) for name, signals in frames]
+        return [self._line(time_ns, name, signals) for name, signals in frames]
 
     def imu_lines(self, time_ns: int, specific_force_mps2: Axes, rate_radps: Axes) -> list[str]:
         """The two lines of one IMU sample."""

@@ -104,7 +104,9 @@ def write_camera(folder: Path, frames: Iterable[CameraFrame]) -> None:
             log.write(frame)
 
 
-def write_calibration(folder: Path, camera: CameraModel, imu_rate_hz: float) -> None:
+def write_calibration(
+    folder: Path, camera: CameraModel, imu_rate_hz: float, noise: ImuNoise = RT3003
+) -> None:
     """camchain.yaml and imu.yaml in Kalibr's layout."""
     fx, fy, cx, cy = camera.K[0, 0], camera.K[1, 1], camera.K[0, 2], camera.K[1, 2]
     rows = "\n".join(f"  - {_numbers(row)}" for row in camera.T_cam_imu)
@@ -123,7 +125,7 @@ def write_calibration(folder: Path, camera: CameraModel, imu_rate_hz: float) -> 
 """,
         encoding="ascii",
     )
-    write_imu_noise(folder, RT3003, imu_rate_hz)
+    write_imu_noise(folder, noise, imu_rate_hz)
 
 
 def write_imu_noise(folder: Path, noise: ImuNoise, rate_hz: float) -> None:

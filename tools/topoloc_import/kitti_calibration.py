@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: 2026 The topoloc authors
-"""KITTI's calibration files."""
+"""KITTI's calibration files, whose `NAME: numbers` lines other data sets have too."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Matrix = npt.NDArray[np.float64]
 
 
 class CalibrationFile:
-    """`NAME: numbers` lines of one calib_*.txt."""
+    """`NAME: numbers` lines of one file; other lines are passed over."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -43,7 +43,11 @@ class CalibrationFile:
     def transform(self) -> Matrix:
         """4x4 rigid transform of a file with R and T. R is printed with six digits: made exact."""
         result = np.eye(4)
-        result[:3, :3] = nearest_rotation(self.matrix("R", 3, 3))
+        R = self.matrix("R", 3, 3)
+        try:
+            result[:3, :3] = nearest_rotation(R)
+        except DriveImportError as error:
+            raise DriveImportError(f"{self.path}: {error}") from error
         result[:3, 3] = self.matrix("T", 3)
         return result
 
