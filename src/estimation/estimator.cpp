@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/estimation/estimator.hpp"
 
+#include "topoloc/geometry/so3.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -111,8 +113,11 @@ void Estimator::start_if_ready() {
   if (config_.use_speed && !speed_is_of(last_imu_->time_ns)) {
     return;
   }
+  // The pose may be a little older than the inertial sample: it is carried there.
+  const double age_s = seconds(last_imu_->time_ns - initial_pose_->time_ns);
+  const Eigen::Vector3d rate = last_imu_->angular_rate_radps - config_.initial_gyro_bias_radps;
   NominalState x;
-  x.R_world_imu = initial_pose_->T_world_imu.R;
+  x.R_world_imu = initial_pose_->T_world_imu.R * so3::exp(age_s * rate);
   x.p_world_imu = initial_pose_->T_world_imu.p;
   x.accel_bias_mps2 = config_.initial_accel_bias_mps2;
   x.gyro_bias_radps = config_.initial_gyro_bias_radps;
@@ -120,12 +125,10 @@ void Estimator::start_if_ready() {
   if (config_.use_speed) {
     const SpeedModel& speed = config_.models.speed;
     const Eigen::Vector3d v_vehicle(speed.wheel_scale * last_speed_->speed_mps, 0.0, 0.0);
-    const Eigen::Vector3d rate = last_imu_->angular_rate_radps - x.gyro_bias_radps;
     x.v_world_imu = x.R_world_imu * (speed.R_vehicle_imu.transpose() * v_vehicle -
                                      rate.cross(speed.wheel_reference_imu_m));
   }
-  // The pose may be a little older than the inertial sample.
-  x.p_world_imu += x.v_world_imu * seconds(last_imu_->time_ns - initial_pose_->time_ns);
+  x.p_world_imu += x.v_world_imu * age_s;
   history_.reset(*last_imu_, x, initial_covariance(config_.initial, config_.use_speed));
   last_fix_ns_ = last_imu_->time_ns;
   has_fix_ = false;

@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/estimation/estimator.hpp"
 
+#include "topoloc/geometry/so3.hpp"
+
 #include "support/straight_drive.hpp"
 
 #include <cmath>
@@ -143,6 +145,22 @@ TEST(Estimator, RefusesAnInitialPoseThatIsNone) {
   const Estimate estimate = run.step(false);
   EXPECT_EQ(estimate.mode, Mode::kUninitialised);
   EXPECT_EQ(estimate.counters.initial_pose_rejected, 4U);
+}
+
+TEST(Estimator, CarriesAnOlderInitialPoseToItsStart) {
+  Estimator estimator(config());
+  const double rate_radps = 0.3;
+  ImuSample imu = StraightDrive::imu(0.1);
+  imu.angular_rate_radps = {0.0, 0.0, rate_radps};
+  const SpeedSample speed{.time_ns = StraightDrive::at(0.1), .speed_mps = 8.0};
+  const Estimate estimate = estimator.tick(
+      imu.time_ns,
+      {.imu = {&imu, 1},
+       .speed = {&speed, 1},
+       .matches = {},
+       .initial_pose = InitialPose{.time_ns = StraightDrive::at(0.0), .T_world_imu = {}}});
+  EXPECT_NEAR(so3::log(estimate.state.R_world_imu).z(), 0.1 * rate_radps, 1e-9);
+  EXPECT_NEAR(estimate.state.p_world_imu.x(), 0.8, 0.01);
 }
 
 TEST(Estimator, SaysWhatItWaitsFor) {
