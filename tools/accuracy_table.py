@@ -25,6 +25,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import yaml
+
 from freshness import newest_ns
 
 ROOT = Path(__file__).resolve().parent.parent

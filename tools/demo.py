@@ -8,11 +8,13 @@ drive's ground truth. Everything lands in demo/. A second run imports and maps o
 """
 
 import argparse
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
+
 from freshness import outdated
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -65,12 +67,23 @@ def import_drive(source: Path, drive: Path) -> Path:
     return ready_cloud if ready_cloud.is_file() else own_cloud
 
 
+def forget_namesake(source: Path, out: Path) -> None:
+    """Removes what was made from another recording whose folder has the same name."""
+    origin = out / f"{source.name}.source"
+    if origin.is_file() and origin.read_text() != f"{source}\n":
+        shutil.rmtree(out / source.name, ignore_errors=True)
+        for stale in out.glob(f"{source.name}_*.tmap"):
+            stale.unlink()
+    origin.write_text(f"{source}\n")
+
+
 def demo(source: Path, out: Path, every_metres: float) -> None:
     drive = out / source.name
     map_file = out / f"{source.name}_{every_metres:g}m.tmap"
     estimate = out / f"{source.name}.tum"
-    plots = out / "plots"
+    plots = out / f"{source.name}_plots"
     out.mkdir(parents=True, exist_ok=True)
+    forget_namesake(source, out)
     cloud = import_drive(source, drive)
     truth = drive / "ground_truth.tum"
     if outdated(map_file, [drive, cloud, BIN / "topoloc-map"]):

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <exception>
 #include <iostream>
+#include <set>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -72,12 +73,19 @@ int run(const Options& options) {
   std::cout.precision(17);
   CandumpReader reader(options.log);
   std::uint64_t too_short = 0;
+  std::uint64_t in_database = 0;
+  std::set<std::uint32_t> others;  // ids that the database does not have
   std::vector<std::pair<const Signal*, double>> values;
   for (Frame frame; reader.next(frame);) {
     const auto found = by_id.find(std::uint64_t{frame.id} << 1 | (frame.extended ? 1U : 0U));
-    if (frame.kind != FrameKind::kData || found == by_id.end()) {
+    if (frame.kind != FrameKind::kData) {
       continue;
     }
+    if (found == by_id.end()) {
+      others.insert(frame.id);
+      continue;
+    }
+    ++in_database;
     const Message& message = *found->second;
     values.clear();
     for (const Signal* signal : wanted[&message]) {
@@ -97,6 +105,16 @@ int run(const Options& options) {
   }
   if (too_short > 0) {
     std::cerr << "topoloc-can-decode: " << too_short << " values missing in too short frames\n";
+  }
+  if (in_database == 0) {
+    std::cerr << "topoloc-can-decode: none of the " << reader.frame_count() << " frames in "
+              << options.log << " is in " << options.dbc << "; ids in the log:" << std::hex
+              << std::uppercase;
+    for (const std::uint32_t id : others) {
+      std::cerr << ' ' << id;
+    }
+    std::cerr << '\n';
+    return 1;
   }
   if (!std::cout.flush()) {
     std::cerr << "topoloc-can-decode: cannot write the output\n";

@@ -75,6 +75,16 @@ void print_summary(const Options& options, const nlohmann::json& figures,
       figures["frames"].get<std::uint64_t>(), figures["map_updates_accepted"].get<std::uint64_t>(),
       figures["map_updates_rejected"].get<std::uint64_t>(), figures["median_inliers"].get<double>(),
       figures["median_frame_ms"].get<double>());
+  for (const auto& [verdict, count] : figures["verdicts"].items()) {
+    if (verdict != "ok" && verdict != "update_accepted") {
+      fmt::print("  frames {}: {}\n", verdict, count.get<int>());
+    }
+  }
+  if (frames != nullptr && figures["map_updates_accepted"].get<std::uint64_t>() == 0) {
+    fmt::print(stderr,
+               "topoloc-localise: warning: the map was never used, this is dead reckoning; is it "
+               "the map of this place, and the initial pose in its frame?\n");
+  }
   for (const auto& [why, count] : figures["rejected"].items()) {
     fmt::print("  rejected {}: {}\n", why, count.get<std::uint64_t>());
   }

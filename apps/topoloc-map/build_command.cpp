@@ -91,6 +91,11 @@ void print_summary(const Options& options, const BuildReport& report) {
   for (const auto& [reason, count] : rejected_by_reason(report)) {
     fmt::print("nodes rejected, {}: {}\n", reason, count);
   }
+  if (report.rejected_nodes.size() > report.nodes_written) {
+    fmt::print(stderr,
+               "topoloc-map: warning: most nodes were rejected; is the cloud of this place, and in "
+               "the frame of the trajectory?\n");
+  }
   for (const RejectedNode& node : report.rejected_nodes) {
     fmt::print("  frame {} at {} ns: {}\n", node.frame, node.time_ns, name(node.reason));
   }

@@ -4,6 +4,9 @@
 
 #include "topoloc/can/candump.hpp"
 
+#include <map>
+#include <set>
+#include <sstream>
 #include <stdexcept>
 
 #include <opencv2/imgcodecs.hpp>
@@ -17,6 +20,25 @@ void require_file(const std::filesystem::path& file) {
                              ": no such file (a drive folder has it, see "
                              "docs/drive-folder.md)");
   }
+}
+
+/// "can0 with ids 100 101, can1 with ids 7FF": the first few of each.
+std::string listed(const std::map<std::string, std::set<std::uint32_t>>& ids_by_interface) {
+  constexpr int kMost = 20;
+  std::ostringstream text;
+  for (const auto& [interface, ids] : ids_by_interface) {
+    text << (text.tellp() > 0 ? ", " : "") << interface << " with ids" << std::hex
+         << std::uppercase;
+    int shown = 0;
+    for (const std::uint32_t id : ids) {
+      if (++shown > kMost) {
+        text << " ...";
+        break;
+      }
+      text << ' ' << id;
+    }
+  }
+  return text.str();
 }
 
 /// A drive has one time line: of a clock that was set back, only what is later than all before.
@@ -34,7 +56,11 @@ void read_can_log(const std::filesystem::path& file, Drive& drive) {
   can::CandumpReader reader(file);
   can::Frame frame;
   std::uint64_t before_last = 0;
+  std::map<std::string, std::set<std::uint32_t>> seen;  // ids by interface
   while (reader.next(frame)) {
+    if (drive.imu.empty()) {
+      seen[std::string(frame.interface())].insert(frame.id);
+    }
     const can::VehicleSamples samples = signals.feed(frame);
     before_last += append_later(drive.imu, samples.imu) ? 0 : 1;
     before_last += append_later(drive.speed, samples.speed) ? 0 : 1;
@@ -59,7 +85,9 @@ void read_can_log(const std::filesystem::path& file, Drive& drive) {
       why += ", " + reason + " " + std::to_string(count);
     }
     throw std::runtime_error(file.string() + ": no IMU sample in " +
-                             std::to_string(drive.can_frames) + " frames" + why);
+                             std::to_string(drive.can_frames) + " frames" + why +
+                             (seen.empty() ? "" : "; the log has " + listed(seen)) +
+                             " (interface and signals: `can` in vehicle.yaml)");
   }
 }
 

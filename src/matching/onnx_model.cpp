@@ -21,9 +21,11 @@ Ort::Env& environment() {
 std::vector<char> read_file(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) {
-    throw std::runtime_error(path.string() +
-                             ": cannot read this model file; make it with `make models`, or set "
-                             "TOPOLOC_MODELS or matching.model_dir to the folder that has it");
+    throw std::runtime_error(
+        path.string() +
+        ": cannot read this model file; `make setup` makes those for 640x384 and "
+        "1248x384 pixels and 512 and 1024 features, for others set "
+        "TOPOLOC_MODELS or matching.model_dir to the folder that has it");
   }
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }

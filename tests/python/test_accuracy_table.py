@@ -5,8 +5,9 @@
 import os
 from pathlib import Path
 
-import accuracy_table
 import pytest
+
+import accuracy_table
 
 BUILDER = """#!/bin/sh
 while [ "$1" != --out ]; do shift; done

@@ -11,6 +11,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+
 from topoloc_import.cli import main as import_drive
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from cantools.database.can import Database
 from PIL import Image
+
 from topoloc_import.cli import main
 from topoloc_import.drive_folder import DBC
 from topoloc_import.lcm_log import PIXEL_FORMAT_GRAY, PIXEL_FORMAT_MJPEG

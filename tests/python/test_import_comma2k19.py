@@ -10,6 +10,7 @@ import cantools
 import numpy as np
 import pytest
 from cantools.database.can import Database
+
 from topoloc_import.cli import main
 from topoloc_import.drive_folder import DBC
 from topoloc_import.geodesy import latitude_longitude, rotation_enu_ecef

@@ -20,6 +20,7 @@ import pytest
 import yaml
 from cantools.database.can import Database
 from PIL import Image
+
 from topoloc_import.cli import main
 from topoloc_import.complex_urban_files import read_camera
 from topoloc_import.drive_folder import DBC

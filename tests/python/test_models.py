@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import onnxruntime
 import pytest
-from model_export.test_images import as_tensor, drawn_scene
 from numpy.typing import NDArray
+
+from model_export.test_images import as_tensor, drawn_scene
 
 ROOT = Path(__file__).resolve().parents[2]
 MODELS = Path(os.environ.get("TOPOLOC_MODELS", ROOT / "third_party/cache/models"))
