@@ -8,7 +8,6 @@ drive's ground truth. Everything lands in demo/. A second run imports and maps o
 """
 
 import argparse
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -59,22 +58,16 @@ def import_drive(source: Path, drive: Path) -> Path:
     importer = ROOT / "tools/topoloc-import"
     ready_cloud = source / "cloud.laz"
     own_cloud = drive / "cloud.ply"
-    if outdated(drive / "vehicle.yaml", [source, importer, ROOT / "tools/topoloc_import"]):
+    # Another recording whose folder has the same name is no older version of this one.
+    imported = drive.with_name(f"{drive.name}.source")
+    other = not imported.is_file() or imported.read_text() != f"{source}\n"
+    if other or outdated(drive / "vehicle.yaml", [source, importer, ROOT / "tools/topoloc_import"]):
         if ready_cloud.is_file():
             run(importer, "kitti-0039", source, "--out", drive, "--force")
         else:
             run(importer, "kitti-raw", source, "--out", drive, "--cloud", "--force")
+        imported.write_text(f"{source}\n")
     return ready_cloud if ready_cloud.is_file() else own_cloud
-
-
-def forget_namesake(source: Path, out: Path) -> None:
-    """Removes what was made from another recording whose folder has the same name."""
-    origin = out / f"{source.name}.source"
-    if origin.is_file() and origin.read_text() != f"{source}\n":
-        shutil.rmtree(out / source.name, ignore_errors=True)
-        for stale in out.glob(f"{source.name}_*.tmap"):
-            stale.unlink()
-    origin.write_text(f"{source}\n")
 
 
 def demo(source: Path, out: Path, every_metres: float) -> None:
@@ -83,7 +76,6 @@ def demo(source: Path, out: Path, every_metres: float) -> None:
     estimate = out / f"{source.name}.tum"
     plots = out / f"{source.name}_plots"
     out.mkdir(parents=True, exist_ok=True)
-    forget_namesake(source, out)
     cloud = import_drive(source, drive)
     truth = drive / "ground_truth.tum"
     if outdated(map_file, [drive, cloud, BIN / "topoloc-map"]):

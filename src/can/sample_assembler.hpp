@@ -2,14 +2,17 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #pragma once
 
+#include "topoloc/estimation/time_line.hpp"
+
 #include "can/signal_part.hpp"
-#include "can/time_line.hpp"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 
 namespace topoloc::can {
+
+using estimation::TimeLine;
 
 /// Puts a sample together from the parts that arrive in separate frames. A part waits until all
 /// others that belong to it are there; one that a newer, unrelated part overtakes is dropped.

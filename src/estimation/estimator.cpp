@@ -19,6 +19,12 @@ void count(std::array<std::uint64_t, kInsertVerdictCount>& counters, InsertVerdi
   ++counters[static_cast<std::size_t>(verdict)];
 }
 
+TimeLine imu_time_line(const HealthConfig& health) {
+  constexpr unsigned kSamplesToBelieve = 5;
+  return TimeLine(kSamplesToBelieve,
+                  static_cast<std::int64_t>(std::llround(health.max_imu_gap_s * 1e9)));
+}
+
 Covariance initial_covariance(const InitialUncertainty& u, bool velocity_known) {
   Covariance P = Covariance::Zero();
   const auto set = [&P](int at, double std) { P.diagonal().segment<3>(at).setConstant(std * std); };
@@ -55,7 +61,8 @@ const char* name(Mode mode) {
 Estimator::Estimator(const EstimatorConfig& config)
     : config_(config),
       history_(config.models, config.history),
-      standstill_(config.models.standstill) {}
+      standstill_(config.models.standstill),
+      imu_time_line_(imu_time_line(config.health)) {}
 
 const Estimate& Estimator::tick(std::int64_t now_ns, const TickInputs& inputs) {
   report_count_ = 0;
@@ -145,31 +152,25 @@ void Estimator::forget_time_line() {
   standstill_ = StandstillDetector(config_.models.standstill);
   last_imu_.reset();
   last_speed_.reset();
-  leap_ns_.reset();
+  imu_time_line_ = imu_time_line(config_.health);
   imu_gap_ = false;
   const Counters counters = estimate_.counters;
   estimate_ = {};
   estimate_.counters = counters;
 }
 
-// A leap ahead is a wrong time stamp, unless the samples that follow agree with it.
+// A leap ahead is a wrong time stamp, unless the samples that follow agree with it. Steps back are
+// take_imu()'s.
 bool Estimator::believes_time(const ImuSample& sample) {
-  constexpr int kSamplesToBelieve = 5;
-  const auto follows = [&](std::int64_t last_ns) {
-    return sample.time_ns > last_ns &&
-           seconds(sample.time_ns - last_ns) <= config_.health.max_imu_gap_s;
-  };
-  if (!last_imu_ || sample.time_ns <= last_imu_->time_ns || follows(last_imu_->time_ns)) {
-    leap_ns_.reset();
+  if (last_imu_ && sample.time_ns <= last_imu_->time_ns) {
     return true;
   }
-  leap_samples_ = leap_ns_ && follows(*leap_ns_) ? leap_samples_ + 1 : 1;
-  leap_ns_ = sample.time_ns;
-  if (leap_samples_ < kSamplesToBelieve) {
-    return false;
+  const TimeLine::Verdict verdict = imu_time_line_.add(sample.time_ns);
+  if (verdict == TimeLine::Verdict::kAcceptedNewLine) {
+    forget_time_line();
+    imu_time_line_.add(sample.time_ns);
   }
-  forget_time_line();
-  return true;
+  return verdict != TimeLine::Verdict::kLeaptAhead;
 }
 
 void Estimator::take_imu(const ImuSample& sample) {

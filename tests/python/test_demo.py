@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: 2026 The topoloc authors
-"""The demo's initial error."""
+"""The demo's initial error, and when it imports."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import demo
 from demo import disturbed_first_pose
 
 
@@ -20,3 +21,24 @@ def test_first_pose_is_wrong_by_one_metre_and_three_degrees(tmp_path: Path) -> N
     # |q1 . q2| is the cosine of half the angle between them.
     angle_rad = 2.0 * np.arccos(abs(values[3:] @ true_quaternion))
     assert np.degrees(angle_rad) == pytest.approx(3.0, abs=1e-4)
+
+
+def test_another_recording_of_the_same_name_is_imported_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    imported: list[Path] = []
+
+    def fake_importer(*command: str | Path) -> None:
+        imported.append(Path(command[2]))
+        (drive / "vehicle.yaml").touch()
+
+    monkeypatch.setattr(demo, "run", fake_importer)
+    drive = tmp_path / "out" / "monday"
+    drive.mkdir(parents=True)
+    sources = [tmp_path / where / "monday" for where in ("here", "there")]
+    for source in sources:
+        source.mkdir(parents=True)
+        (source / "cloud.laz").touch()
+    for source in (sources[0], sources[0], sources[1], sources[1]):
+        demo.import_drive(source, drive)
+    assert imported == sources

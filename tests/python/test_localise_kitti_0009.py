@@ -88,24 +88,25 @@ def test_damaged_map_is_a_clear_error(work: Path, damage: str) -> None:
     assert run(BIN / "topoloc-map", "verify", work / "damaged.tmap").returncode == 1
 
 
-def test_map_of_another_model_is_refused(work: Path) -> None:
-    vehicle = work / "drive" / "vehicle_1024.yaml"
+def localise_with(work: Path, name: str, matching: str) -> subprocess.CompletedProcess[str]:
+    """Runs on the drive with vehicle.yaml and, after it, this line of section `matching`."""
+    vehicle = work / "drive" / name
     text = (work / "drive" / "vehicle.yaml").read_text()
-    vehicle.write_text(text + "matching:\n  max_features: 1024\n")
-    result = run(BIN / "topoloc-localise", "--drive", work / "drive", "--vehicle", vehicle,
-                 "--map", work / "map.tmap", "--out", work / "estimate.tum")  # fmt: skip
+    vehicle.write_text(f"{text}matching:\n  {matching}\n")
+    return run(BIN / "topoloc-localise", "--drive", work / "drive", "--vehicle", vehicle,
+               "--map", work / "map.tmap", "--out", work / "estimate.tum")  # fmt: skip
+
+
+def test_map_of_another_model_is_refused(work: Path) -> None:
+    result = localise_with(work, "vehicle_1024.yaml", "max_features: 1024")
     assert result.returncode == 1
     assert "model" in result.stderr
 
 
 def test_unknown_config_key_names_file_line_and_key(work: Path) -> None:
-    vehicle = work / "drive" / "vehicle_typo.yaml"
-    text = (work / "drive" / "vehicle.yaml").read_text()
-    vehicle.write_text(text + "matching:\n  max_featurs: 512\n")
-    result = run(BIN / "topoloc-localise", "--drive", work / "drive", "--vehicle", vehicle,
-                 "--map", work / "map.tmap", "--out", work / "estimate.tum")  # fmt: skip
+    result = localise_with(work, "vehicle_typo.yaml", "max_featurs: 512")
     assert result.returncode == 1
-    line = len(text.splitlines()) + 2
+    line = len((work / "drive" / "vehicle_typo.yaml").read_text().splitlines())
     assert f"vehicle_typo.yaml:{line}" in result.stderr
     assert "max_featurs" in result.stderr
 

@@ -4,6 +4,7 @@
 
 #include "topoloc/estimation/fusion_history.hpp"
 #include "topoloc/estimation/standstill.hpp"
+#include "topoloc/estimation/time_line.hpp"
 
 #include <array>
 #include <cstdint>
@@ -172,8 +173,7 @@ class Estimator {
   std::size_t next_node_use_ = 0;
   std::int64_t last_fix_ns_ = 0;  ///< of the start, if !has_fix_
   Eigen::Vector3d travelled_from_ = Eigen::Vector3d::Zero();
-  std::optional<std::int64_t> leap_ns_;  ///< newest sample of a time line not yet believed
-  int leap_samples_ = 0;
+  TimeLine imu_time_line_;
   bool imu_gap_ = false;
   bool has_fix_ = false;
   int consecutive_rejections_ = 0;

@@ -71,10 +71,10 @@ class MapUpdate {
     Eigen::Matrix<double, 6, 1> b;
   };
   struct Node {
-    bool uncertain;                           ///< its covariance is not zero
-    PoseCovariance motion;                    ///< body_motion() of the node
-    PoseCovariance L;                         ///< normal equations of its matches, by (omega, tau)
-    Eigen::Matrix<double, 6, 1> b;            ///<
+    bool uncertain;         ///< its covariance is not zero
+    PoseCovariance motion;  ///< body_motion() of the node
+    PoseCovariance L;       ///< normal equations of its matches, by (omega, tau)
+    Eigen::Matrix<double, 6, 1> b;
     PoseCovariance L_xn;                      ///< the same by our pose error and the node's
     Eigen::Matrix<double, 6, 1> b_n;          ///< by the node's pose error
     PoseCovariance posterior;                 ///< (L_nn + Sigma^-1)^-1

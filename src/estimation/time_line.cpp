@@ -1,18 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
-#include "can/time_line.hpp"
+#include "topoloc/estimation/time_line.hpp"
 
-namespace topoloc::can {
-namespace {
+namespace topoloc::estimation {
 
-bool goes_on(std::int64_t last_ns, std::int64_t time_ns) {
+bool TimeLine::goes_on(std::int64_t last_ns, std::int64_t time_ns) const {
   // In unsigned numbers the difference of any two stamps fits.
   return time_ns >= last_ns &&
          static_cast<std::uint64_t>(time_ns) - static_cast<std::uint64_t>(last_ns) <=
-             static_cast<std::uint64_t>(TimeLine::kMaxStep_ns);
+             static_cast<std::uint64_t>(max_step_ns_);
 }
-
-}  // namespace
 
 TimeLine::Verdict TimeLine::add(std::int64_t time_ns) {
   if (!last_ns_ || goes_on(*last_ns_, time_ns)) {
@@ -30,4 +27,4 @@ TimeLine::Verdict TimeLine::add(std::int64_t time_ns) {
   return time_ns < *last_ns_ ? Verdict::kGoneBack : Verdict::kLeaptAhead;
 }
 
-}  // namespace topoloc::can
+}  // namespace topoloc::estimation
