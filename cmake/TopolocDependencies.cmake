@@ -2,7 +2,8 @@
 include_guard()
 
 find_package(PkgConfig REQUIRED)
-find_package(OpenCV 4.5 REQUIRED COMPONENTS core imgproc imgcodecs calib3d)
+find_package(OpenCV 4.5 REQUIRED COMPONENTS core imgproc imgcodecs calib3d video)
+find_package(Ceres REQUIRED)
 find_package(yaml-cpp REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(fmt REQUIRED)
@@ -13,6 +14,9 @@ find_package(ZLIB REQUIRED)
 add_library(opencv::opencv INTERFACE IMPORTED)
 target_link_libraries(opencv::opencv INTERFACE ${OpenCV_LIBS})
 target_include_directories(opencv::opencv SYSTEM INTERFACE ${OpenCV_INCLUDE_DIRS})
+
+add_library(ceres::ceres INTERFACE IMPORTED)
+target_link_libraries(ceres::ceres INTERFACE Ceres::ceres)
 
 pkg_check_modules(LCM REQUIRED IMPORTED_TARGET lcm)
 add_library(lcm::lcm ALIAS PkgConfig::LCM)

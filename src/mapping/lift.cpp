@@ -95,6 +95,14 @@ std::optional<Plane> fit_plane(const std::vector<Neighbour>& neighbours) {
   return normal.ldlt().solve(right);
 }
 
+/// The same plane in space, n . q = 1: 1/Z = w(0) + w(1) (u - u0) + w(2) (v - v0), times Z, with
+/// u Z = fx X + cx Z and v Z = fy Y + cy Z.
+Eigen::Vector3d plane_in_space(const Plane& w, const PinholeCamera& camera,
+                               const Eigen::Vector2d& pixel_px) {
+  return {w(1) * camera.fx_px, w(2) * camera.fy_px,
+          w(0) + w(1) * (camera.cx_px - pixel_px.x()) + w(2) * (camera.cy_px - pixel_px.y())};
+}
+
 double residual(const Plane& plane, const Neighbour& neighbour) {
   return neighbour.inverse_depth - plane(0) - plane.tail<2>().dot(neighbour.offset_px);
 }
@@ -121,9 +129,9 @@ double tolerance(const LiftConfig& config, double inverse_depth) {
 
 Lift judged(const LiftConfig& config, double depth_m, double depth_std_m) {
   if (!(depth_std_m <= config.max_relative_std * depth_m)) {
-    return {LiftVerdict::kUncertain, 0.0, 0.0};
+    return {LiftVerdict::kUncertain};
   }
-  return {LiftVerdict::kLifted, depth_m, depth_std_m};
+  return {LiftVerdict::kLifted, depth_m, depth_std_m, Eigen::Vector3d::Zero()};
 }
 
 /// Too few points for a plane, or all on one scan line: the touching ones speak for the pixel. The
@@ -143,11 +151,11 @@ Lift lift_by_touch(const std::vector<Neighbour>& neighbours, const LiftConfig& c
     }
   }
   if (count == 0) {
-    return {neighbours.empty() ? LiftVerdict::kNoPoints : LiftVerdict::kExtrapolated, 0.0, 0.0};
+    return {neighbours.empty() ? LiftVerdict::kNoPoints : LiftVerdict::kExtrapolated};
   }
   const double inverse_depth = sum / count;
   if (most - least > 2.0 * tolerance(config, inverse_depth)) {
-    return {LiftVerdict::kDepthEdge, 0.0, 0.0};
+    return {LiftVerdict::kDepthEdge};
   }
   const double depth_m = 1.0 / inverse_depth;
   return judged(config, depth_m, std::hypot(config.cloud_std_m, kStdOfUnknownSlope * depth_m));
@@ -187,7 +195,7 @@ Lift lift(const RenderedView& view, const Eigen::Vector2d& pixel_px, const LiftC
     }
     plane = fit_plane(neighbours);
     if (!plane) {
-      return {LiftVerdict::kDepthEdge, 0.0, 0.0};
+      return {LiftVerdict::kDepthEdge};
     }
   }
   const auto count = static_cast<double>(neighbours.size());
@@ -197,21 +205,26 @@ Lift lift(const RenderedView& view, const Eigen::Vector2d& pixel_px, const LiftC
       }));
   if (touching_off_surface > (1.0 - config.min_surface_share) * touching ||
       off_surface > (1.0 - config.min_surface_share) * count) {
-    return {LiftVerdict::kDepthEdge, 0.0, 0.0};
+    return {LiftVerdict::kDepthEdge};
   }
   if (touching == 0.0 && !surrounded(neighbours)) {
-    return {LiftVerdict::kExtrapolated, 0.0, 0.0};
+    return {LiftVerdict::kExtrapolated};
   }
   const double inverse_depth = (*plane)(0);
   if (!(inverse_depth > 0.0)) {
-    return {LiftVerdict::kUncertain, 0.0, 0.0};
+    return {LiftVerdict::kUncertain};
   }
   // The residuals count in full, not divided by the root of their number: what makes a surface
   // rough (bushes, scan poses) is common to neighbouring points and does not average away.
   const double depth_m = 1.0 / inverse_depth;
   const double roughness_m = root_mean_square_residual(*plane, neighbours) * depth_m * depth_m;
   const double slope_m = plane->tail<2>().norm() * config.pixel_std_px * depth_m * depth_m;
-  return judged(config, depth_m, std::hypot(std::hypot(config.cloud_std_m, roughness_m), slope_m));
+  Lift lifted =
+      judged(config, depth_m, std::hypot(std::hypot(config.cloud_std_m, roughness_m), slope_m));
+  if (lifted.verdict == LiftVerdict::kLifted) {
+    lifted.plane_cam = plane_in_space(*plane, view.camera, pixel_px);
+  }
+  return lifted;
 }
 
 }  // namespace topoloc::mapping

@@ -37,6 +37,8 @@ struct Lift {
   LiftVerdict verdict = LiftVerdict::kNoPoints;
   double depth_m = 0.0;      ///< Z along the optical axis; 0 unless lifted
   double depth_std_m = 0.0;  ///< standard deviation of depth_m; 0 unless lifted
+  /// The surface around the point, plane . q_cam = 1 [1/m]; zero where its slope is unknown.
+  Eigen::Vector3d plane_cam = Eigen::Vector3d::Zero();
 };
 
 /// Depth of an image point from the visible points around it: a plane, which in *inverse* depth is

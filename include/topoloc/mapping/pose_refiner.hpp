@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#pragma once
+
+#include "topoloc/drive/frame_log.hpp"
+#include "topoloc/geometry/rigid_transform.hpp"
+#include "topoloc/mapping/cloud_grid.hpp"
+#include "topoloc/mapping/point_cloud.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace topoloc::mapping {
+
+/// A frame whose pose in the cloud has been looked for.
+struct RefinedPose {
+  std::size_t frame = 0;  ///< order number in the camera log
+  std::int64_t time_ns = 0;
+  RigidTransform T_world_imu;
+  /// Of the error (theta [rad], t [m]) in the vehicle's own axes: R_true = R Exp(theta),
+  /// p_true = p + R t.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  std::optional<std::string> rejected;  ///< why no node may be made of it
+};
+
+/// Finds the poses of a drive's frames in a cloud.
+class PoseRefiner {
+ public:
+  virtual ~PoseRefiner() = default;
+  /// In time order. Throws std::runtime_error where drive and cloud do not belong together.
+  virtual std::vector<RefinedPose> refine(const CloudGrid& grid, drive::FrameLog& frames,
+                                          const Progress& progress) = 0;
+};
+
+}  // namespace topoloc::mapping

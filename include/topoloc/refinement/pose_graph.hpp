@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#pragma once
+
+#include "topoloc/geometry/camera.hpp"
+#include "topoloc/geometry/rigid_transform.hpp"
+#include "topoloc/refinement/surface_track.hpp"
+#include "topoloc/refinement/registration.hpp"
+
+#include <cstddef>
+#include <vector>
+
+namespace topoloc::refinement {
+
+/// Motion from one keyframe to the next as odometry has it; deviations (theta, t) in the axes of
+/// the first.
+struct OdometryFactor {
+  std::size_t from, to;
+  RigidTransform T_from_to;
+  double seconds;  ///< that it took: a constant error of the rates turns it by so much
+  Vector6 std;
+};
+
+/// Which way is up, as inertial dead reckoning has it.
+struct GravityFactor {
+  std::size_t keyframe;
+  Eigen::Vector3d up_imu;  ///< the world's z axis in the vehicle's axes
+  double std_rad;
+};
+
+/// A pose as the trajectory given has it; deviations (theta, t) in its own axes.
+struct PriorFactor {
+  std::size_t keyframe;
+  RigidTransform T_world_imu;
+  Vector6 std;
+};
+
+/// Points tracked from one keyframe into another, held by the surfaces of the cloud.
+struct TrackFactor {
+  std::size_t from, to;
+  std::vector<SurfaceTrack> tracks;
+};
+
+/// What is known about the poses of a drive's keyframes.
+struct PoseGraph {
+  std::vector<OdometryFactor> odometry;
+  double rate_error_std_radps = 0.005;  ///< per axis, constant over the drive: gyro bias
+  std::vector<GravityFactor> gravity;
+  std::vector<PriorFactor> priors;
+  std::vector<TrackFactor> tracks;
+  std::vector<Registration> registrations;
+};
+
+struct SolverConfig {
+  int max_iterations = 25;
+  /// Tracks between two keyframes share errors (timing, surfaces): together they weigh no more than
+  /// so many independent ones.
+  double tracks_per_pair = 5.0;
+  double track_loss = 2.0;         ///< Cauchy scale of a track's residual, in deviations
+  double registration_loss = 3.0;  ///< the same of a registration
+  double prior_loss = 3.0;         ///< the same of a prior
+};
+
+/// Moves poses[first...] to where they fit the graph best; earlier ones stay. Factors that touch no
+/// moved pose are left out. Deterministic.
+void solve(const PoseGraph& graph, const RigidTransform& T_imu_cam, const PinholeCamera& camera,
+           std::size_t first, const SolverConfig& config, std::vector<RigidTransform>& poses);
+
+/// Covariances (theta, t) of all poses given the whole graph.
+std::vector<Matrix6> covariances(const PoseGraph& graph, const RigidTransform& T_imu_cam,
+                                 const PinholeCamera& camera, const SolverConfig& config,
+                                 const std::vector<RigidTransform>& poses);
+
+/// Residual of each track (norm, in pixels) at the given poses.
+std::vector<double> track_residuals_px(const TrackFactor& factor, const RigidTransform& T_imu_cam,
+                                       const PinholeCamera& camera,
+                                       const std::vector<RigidTransform>& poses);
+
+}  // namespace topoloc::refinement

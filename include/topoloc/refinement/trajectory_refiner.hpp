@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#pragma once
+
+#include "topoloc/drive/drive.hpp"
+#include "topoloc/evaluation/trajectory.hpp"
+#include "topoloc/mapping/cloud_grid.hpp"
+#include "topoloc/mapping/pose_refiner.hpp"
+#include "topoloc/mapping/render.hpp"
+#include "topoloc/refinement/gradient_field.hpp"
+#include "topoloc/refinement/odometry.hpp"
+#include "topoloc/refinement/surface_track.hpp"
+#include "topoloc/refinement/pose_graph.hpp"
+#include "topoloc/refinement/view_correlation.hpp"
+#include "topoloc/refinement/window_registration.hpp"
+
+#include <functional>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+namespace topoloc::refinement {
+
+/// Windows of views that are registered together.
+struct WindowConfig {
+  std::size_t view_every = 2;  ///< keyframes from one correlated view to the next
+  std::size_t views = 8;       ///< of a window
+  std::size_t stride = 4;      ///< views from one window to the next
+  double fine_share = 0.4;     ///< search deviations of the second pass, as share of the first's
+};
+
+struct RefinementConfig {
+  bool (*use_frame)(std::size_t) = nullptr;  ///< of the log; null: all
+  double keyframe_m = 1.0;    ///< way between keyframes
+  double camera_scale = 1.5;  ///< image size of refinement, in sizes of the matching camera
+  double prior_std_m = 0.3;   ///< of the trajectory or the initial pose, per axis
+  double prior_std_rad = std::numbers::pi / 180.0;
+  double gravity_std_rad = 0.3 * std::numbers::pi / 180.0;  ///< of roll and pitch by odometry
+  /// Way over which such errors stay the same: neighbouring poses count as one together.
+  double error_correlation_m = 30.0;
+  double min_significance = 5.5;  ///< of a window's registration; less may be chance
+  double max_std_m = 0.25;            ///< a node less certain than that (any axis) is rejected
+  double max_std_rad = 0.02;
+  OdometryNoise odometry;
+  WindowConfig window;
+  SearchConfig search;
+  GradientConfig gradients;
+  CorrelationConfig correlation;
+  TrackConfig tracks;
+  SolverConfig solver;
+  mapping::RenderConfig render;
+  mapping::LiftConfig lift;
+  int threads = 0;
+};
+
+/// What is known of the drive's poses beforehand: one of the two.
+struct PoseKnowledge {
+  std::optional<evaluation::Trajectory> trajectory;  ///< of the whole drive, disturbed
+  std::optional<RigidTransform> initial_pose;        ///< at the first inertial sample
+};
+
+/// Refines the poses of a drive against the cloud: sequentially in windows, then all together.
+class TrajectoryRefiner : public mapping::PoseRefiner {
+ public:
+  TrajectoryRefiner(const drive::Drive& drive, PoseKnowledge knowledge, RefinementConfig config);
+
+  std::vector<mapping::RefinedPose> refine(const mapping::CloudGrid& grid, drive::FrameLog& frames,
+                                           const mapping::Progress& progress) override;
+
+ private:
+  const drive::Drive& drive_;
+  PoseKnowledge knowledge_;
+  RefinementConfig config_;
+};
+
+}  // namespace topoloc::refinement

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#pragma once
+
+#include "topoloc/geometry/camera.hpp"
+#include "topoloc/refinement/registration.hpp"
+#include "topoloc/refinement/view_correlation.hpp"
+
+#include <cstdint>
+#include <span>
+
+namespace topoloc::refinement {
+
+/// A view as part of a window that moves as one rigid body.
+struct WindowView {
+  const ViewCorrelation* correlation;
+  RigidTransform T_world_imu;  ///< where the vehicle is thought to have been
+};
+
+struct SearchConfig {
+  /// Standard deviations of the poses searched around the start (theta [rad], t [m], vehicle axes).
+  Vector6 std = (Vector6() << 0.008, 0.008, 0.0175, 0.35, 0.3, 0.3).finished();
+  /// Added to the covariance found: what all pieces of a scene share (calibration, time stamps,
+  /// how the window bends).
+  Vector6 floor_std = (Vector6() << 0.003, 0.003, 0.002, 0.05, 0.04, 0.04).finished();
+  int samples = 1500;      ///< poses tried at the coarsest level
+  int starts = 4;          ///< best of them that are followed to their maximum
+  std::uint64_t seed = 1;  ///< of the samples
+  /// What a pose one deviation away from the start costs, in parts of the views' agreement.
+  double prior_weight = 0.5;
+};
+
+/// Finds the rigid motion of a window of views under which camera images and cloud agree best:
+/// samples and climbs coarse to fine (route b, direct). The covariance is the sandwich estimate
+/// H^-1 G H^-1, with H the curvature of the agreement and G the scatter of its gradients over
+/// independent pieces of the scene.
+Registration register_window(std::span<const WindowView> views, const RigidTransform& T_world_imu,
+                             const RigidTransform& T_imu_cam, const PinholeCamera& camera,
+                             const SearchConfig& config);
+
+}  // namespace topoloc::refinement

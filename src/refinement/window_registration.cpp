@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/refinement/window_registration.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <random>
+#include <tuple>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+#include <opencv2/core/optim.hpp>
+
+namespace topoloc::refinement {
+namespace {
+
+/// The agreement of a window as a function of its motion, in units of the search deviations.
+class Agreement {
+ public:
+  Agreement(std::span<const WindowView> views, const RigidTransform& T_world_imu,
+            const RigidTransform& T_imu_cam, const PinholeCamera& camera,
+            const SearchConfig& config)
+      : T_world_imu_(T_world_imu), T_imu_cam_(T_imu_cam), camera_(camera), config_(config) {
+    for (const WindowView& view : views) {
+      views_.push_back(view);
+      patches_ += view.correlation->patches.size();
+    }
+  }
+
+  [[nodiscard]] std::size_t patches() const { return patches_; }
+
+  /// T_cam_world of all views when the window has moved by xi.
+  [[nodiscard]] std::vector<RigidTransform> cameras(const Vector6& xi) const {
+    // T_i' = T_ref D T_ref^-1 T_i: the window moves about the reference pose as one body.
+    const RigidTransform motion = moved(T_world_imu_, xi) * T_world_imu_.inverse();
+    std::vector<RigidTransform> T_cam_world;
+    T_cam_world.reserve(views_.size());
+    for (const WindowView& view : views_) {
+      T_cam_world.push_back((motion * view.T_world_imu * T_imu_cam_).inverse());
+    }
+    return T_cam_world;
+  }
+
+  /// Sum over all patches.
+  [[nodiscard]] double sum(const Vector6& xi, std::size_t level) const {
+    const std::vector<RigidTransform> T_cam_world = cameras(xi);
+    double total = 0.0;
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      const ViewCorrelation& view = *views_[i].correlation;
+      for (const CorrelationPatch& patch : view.patches) {
+        total += agreement(view, patch, level, camera_, T_cam_world[i]);
+      }
+    }
+    return total;
+  }
+
+  /// Of each patch, view by view.
+  [[nodiscard]] std::vector<double> each(const Vector6& xi, std::size_t level) const {
+    const std::vector<RigidTransform> T_cam_world = cameras(xi);
+    std::vector<double> values;
+    values.reserve(patches_);
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      const ViewCorrelation& view = *views_[i].correlation;
+      for (const CorrelationPatch& patch : view.patches) {
+        values.push_back(agreement(view, patch, level, camera_, T_cam_world[i]));
+      }
+    }
+    return values;
+  }
+
+  /// Index of the piece of the scene that each patch shows: views of the same piece are not
+  /// independent witnesses.
+  [[nodiscard]] std::vector<std::size_t> pieces() const {
+    constexpr double kPiece_m = 2.0;
+    std::map<std::tuple<int, int, int>, std::size_t> numbers;
+    std::vector<std::size_t> result;
+    for (const WindowView& view : views_) {
+      for (const CorrelationPatch& patch : view.correlation->patches) {
+        const Eigen::Vector3i cell =
+            ((patch.q_world - T_world_imu_.p) / kPiece_m).array().floor().cast<int>();
+        result.push_back(
+            numbers.try_emplace({cell.x(), cell.y(), cell.z()}, numbers.size()).first->second);
+      }
+    }
+    return result;
+  }
+
+  /// What is climbed: agreement, less a penalty for leaving the start.
+  [[nodiscard]] double objective(const Vector6& scaled, std::size_t level) const {
+    return sum(config_.std.cwiseProduct(scaled), level) -
+           config_.prior_weight * static_cast<double>(views_.size()) * scaled.squaredNorm();
+  }
+
+ private:
+  std::vector<WindowView> views_;
+  RigidTransform T_world_imu_;
+  RigidTransform T_imu_cam_;
+  PinholeCamera camera_;
+  SearchConfig config_;
+  std::size_t patches_ = 0;
+};
+
+/// Nelder-Mead from a start, in scaled coordinates.
+class Climber : public cv::MinProblemSolver::Function {
+ public:
+  Climber(const Agreement& agreement, std::size_t level) : agreement_(agreement), level_(level) {}
+
+  [[nodiscard]] int getDims() const override { return 6; }
+  double calc(const double* x) const override {
+    return -agreement_.objective(Eigen::Map<const Vector6>(x), level_);
+  }
+
+ private:
+  const Agreement& agreement_;
+  std::size_t level_;
+};
+
+std::pair<Vector6, double> climb(const Agreement& agreement, std::size_t level,
+                                 const Vector6& start, double step) {
+  constexpr int kMaxEvaluations = 400;
+  constexpr double kTolerance = 1e-4;
+  const auto solver = cv::DownhillSolver::create(
+      cv::makePtr<Climber>(agreement, level), cv::Mat(1, 6, CV_64F, cv::Scalar(step)),
+      cv::TermCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, kMaxEvaluations,
+                       kTolerance));
+  cv::Mat x(1, 6, CV_64F);
+  Eigen::Map<Vector6>(x.ptr<double>()) = start;
+  const double value = -solver->minimize(x);
+  return {Eigen::Map<const Vector6>(x.ptr<double>()), value};
+}
+
+struct Candidate {
+  Vector6 scaled;
+  double value;
+};
+
+/// Mean agreement of the pieces of the scene over its standard error.
+double significance(const Agreement& agreement, const Vector6& xi, std::size_t level) {
+  const std::vector<std::size_t> pieces = agreement.pieces();
+  const std::vector<double> values = agreement.each(xi, level);
+  std::map<std::size_t, double> of_piece;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    of_piece[pieces[i]] += values[i];
+  }
+  double sum = 0.0;
+  double square = 0.0;
+  for (const auto& [piece, value] : of_piece) {
+    sum += value;
+    square += value * value;
+  }
+  return square > 0.0 ? sum / std::sqrt(square) : 0.0;
+}
+
+/// Sandwich covariance at a maximum, by central differences.
+Matrix6 sandwich(const Agreement& agreement, const Vector6& xi, std::size_t level) {
+  constexpr double kStep_rad = 0.003;
+  constexpr double kStep_m = 0.06;
+  Vector6 step;
+  step << kStep_rad, kStep_rad, kStep_rad, kStep_m, kStep_m, kStep_m;
+  const auto offset = [&](int i, double factor) {
+    Vector6 d = Vector6::Zero();
+    d(i) = factor * step(i);
+    return d;
+  };
+  // Gradients of each piece of the scene, and the curvature of the whole; in units of the steps.
+  const std::vector<std::size_t> pieces = agreement.pieces();
+  const std::size_t count = pieces.empty() ? 0 : *std::max_element(pieces.begin(), pieces.end()) + 1;
+  Eigen::Matrix<double, Eigen::Dynamic, 6> gradients =
+      Eigen::Matrix<double, Eigen::Dynamic, 6>::Zero(static_cast<Eigen::Index>(count), 6);
+  Matrix6 H;
+  const double here = agreement.sum(xi, level);
+  for (int i = 0; i < 6; ++i) {
+    const std::vector<double> ahead = agreement.each(xi + offset(i, 1.0), level);
+    const std::vector<double> behind = agreement.each(xi + offset(i, -1.0), level);
+    double sum = -2.0 * here;
+    for (std::size_t k = 0; k < pieces.size(); ++k) {
+      gradients(static_cast<Eigen::Index>(pieces[k]), i) += 0.5 * (ahead[k] - behind[k]);
+      sum += ahead[k] + behind[k];
+    }
+    H(i, i) = -sum;
+    for (int j = 0; j < i; ++j) {
+      const double mixed = agreement.sum(xi + offset(i, 1.0) + offset(j, 1.0), level) -
+                           agreement.sum(xi + offset(i, 1.0) + offset(j, -1.0), level) -
+                           agreement.sum(xi + offset(i, -1.0) + offset(j, 1.0), level) +
+                           agreement.sum(xi + offset(i, -1.0) + offset(j, -1.0), level);
+      H(i, j) = H(j, i) = -0.25 * mixed;
+    }
+  }
+  const Matrix6 G = gradients.transpose() * gradients;
+  // A direction without curvature is unobserved: its variance must come out large, not negative.
+  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(H);
+  const double least = 1e-3 * std::max(eigen.eigenvalues().maxCoeff(), 1e-9);
+  const Matrix6 inverse = eigen.eigenvectors() *
+                          eigen.eigenvalues().cwiseMax(least).cwiseInverse().asDiagonal() *
+                          eigen.eigenvectors().transpose();
+  const Matrix6 covariance = inverse * G * inverse;
+  return step.asDiagonal() * (0.5 * (covariance + covariance.transpose())) * step.asDiagonal();
+}
+
+}  // namespace
+
+Registration register_window(std::span<const WindowView> views, const RigidTransform& T_world_imu,
+                             const RigidTransform& T_imu_cam, const PinholeCamera& camera,
+                             const SearchConfig& config) {
+  const Agreement agreement(views, T_world_imu, T_imu_cam, camera, config);
+  std::mt19937_64 random(config.seed);
+  std::normal_distribution<double> normal;
+  std::vector<Candidate> tried(static_cast<std::size_t>(config.samples));
+  for (std::size_t i = 0; i < tried.size(); ++i) {
+    Vector6& scaled = tried[i].scaled;
+    for (int k = 0; k < 6; ++k) {
+      scaled(k) = i == 0 ? 0.0 : normal(random);
+    }
+    tried[i].value = agreement.objective(scaled, 0);
+  }
+  std::stable_sort(tried.begin(), tried.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.value > b.value; });
+  tried.resize(std::min(tried.size(), static_cast<std::size_t>(config.starts)));
+  Candidate best{Vector6::Zero(), -1e300};
+  const std::size_t finest = CorrelationConfig{}.smoothing.size() - 1;
+  for (Candidate& candidate : tried) {
+    double step = 0.5;
+    for (std::size_t level = 0; level <= finest; ++level, step *= 0.5) {
+      std::tie(candidate.scaled, candidate.value) =
+          climb(agreement, level, candidate.scaled, step);
+    }
+    if (candidate.value > best.value) {
+      best = candidate;
+    }
+  }
+  const Vector6 xi = config.std.cwiseProduct(best.scaled);
+  Registration result;
+  result.T_world_imu = moved(T_world_imu, xi);
+  result.covariance = sandwich(agreement, xi, finest);
+  result.covariance.diagonal() += config.floor_std.cwiseAbs2();
+  result.score = best.value / static_cast<double>(std::max<std::size_t>(1, agreement.patches()));
+  result.significance = significance(agreement, xi, finest);
+  return result;
+}
+
+}  // namespace topoloc::refinement
