@@ -6,6 +6,8 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstddef>
+#include <limits>
 #include <numbers>
 
 namespace topoloc::mapping {
@@ -41,14 +43,16 @@ void splat_nearest(const CloudGrid& grid, const RigidTransform& T_world_cam,
   }
 }
 
-/// Pixel offsets of a disc with the sector (of eight, 45 degrees each) that they lie in.
+/// Pixel offsets of a disc, nearest first, with the sector (of eight, 45 degrees each) in which the
+/// centre lies as seen from there.
 struct DiscOffset {
   int du, dv;
-  int squared_px;
+  std::ptrdiff_t step;  ///< the same offset in a row-major image
+  float squared_px;
   std::uint8_t sector_bit;
 };
 
-std::vector<DiscOffset> disc(double radius_px) {
+std::vector<DiscOffset> disc(double radius_px, int width_px) {
   std::vector<DiscOffset> offsets;
   const int reach = static_cast<int>(radius_px);
   for (int dv = -reach; dv <= reach; ++dv) {
@@ -58,11 +62,15 @@ std::vector<DiscOffset> disc(double radius_px) {
         continue;
       }
       // Sectors are centred on the axes and diagonals.
-      const double eighths = std::atan2(dv, du) * 4.0 / std::numbers::pi;
+      const double eighths = std::atan2(-dv, -du) * 4.0 / std::numbers::pi;
       const int sector = (static_cast<int>(std::lround(eighths)) + 8) % 8;
-      offsets.push_back({du, dv, squared_px, static_cast<std::uint8_t>(1U << sector)});
+      offsets.push_back({du, dv, std::ptrdiff_t{dv} * width_px + du, static_cast<float>(squared_px),
+                         static_cast<std::uint8_t>(1U << sector)});
     }
   }
+  std::stable_sort(offsets.begin(), offsets.end(), [](const DiscOffset& a, const DiscOffset& b) {
+    return a.squared_px < b.squared_px;
+  });
   return offsets;
 }
 
@@ -84,46 +92,61 @@ int largest_gap(std::uint8_t blocked) {
 /// The idea of judging points by the free angle around them: R. Pintus, E. Gobbetti, M. Agus,
 /// "Real-time rendering of massive unstructured raw point clouds using screen-space operators",
 /// 2011.
+///
+/// Each point marks the pixels that it covers, so that the cost is the sum of the footprints: most
+/// points are far away, and theirs are small.
 std::vector<std::size_t> hidden_pixels(const RenderedView& view, const RenderConfig& config) {
   constexpr int kLargestGapOfHidden = 2;  // sectors: a right angle
   const PinholeCamera& camera = view.camera;
-  const std::vector<DiscOffset> offsets = disc(config.max_footprint_px);
-  // What each point covers, squared [px^2]; 0 in holes.
-  std::vector<float> covers_px2(view.depth_m.size(), 0.0F);
-  for (std::size_t i = 0; i < covers_px2.size(); ++i) {
+  // A point is behind another that is nearer than this; holes are behind nothing.
+  std::vector<float> nearer_than_m(view.depth_m.size(), -std::numeric_limits<float>::infinity());
+  for (std::size_t i = 0; i < nearer_than_m.size(); ++i) {
     if (view.point[i] != RenderedView::kHole) {
-      const double radius_px =
-          std::clamp(camera.fx_px * config.footprint_m / static_cast<double>(view.depth_m[i]),
-                     config.min_footprint_px, config.max_footprint_px);
-      covers_px2[i] = static_cast<float>(radius_px * radius_px);
+      const double depth_m = view.depth_m[i];
+      nearer_than_m[i] =
+          static_cast<float>(depth_m - config.depth_margin_m - config.depth_margin * depth_m);
     }
   }
-  std::vector<std::size_t> hidden;
+  // Sectors of each pixel in which something nearer covers it.
+  std::vector<std::uint8_t> blocked(view.depth_m.size(), 0);
+  const std::vector<DiscOffset> offsets = disc(config.max_footprint_px, camera.width_px);
+  const int reach = static_cast<int>(config.max_footprint_px);
   for (int v = 0; v < camera.height_px; ++v) {
+    const bool rows_inside = v >= reach && v < camera.height_px - reach;
     for (int u = 0; u < camera.width_px; ++u) {
       if (view.is_hole(u, v)) {
         continue;
       }
       const std::size_t here = view.index(u, v);
-      const double depth_m = view.depth_m[here];
-      const auto nearer_than_m =
-          static_cast<float>(depth_m - config.depth_margin_m - config.depth_margin * depth_m);
-      std::uint8_t blocked = 0;
+      const float depth_m = view.depth_m[here];
+      const double radius_px =
+          std::clamp(camera.fx_px * config.footprint_m / static_cast<double>(depth_m),
+                     config.min_footprint_px, config.max_footprint_px);
+      const auto covers_px2 = static_cast<float>(radius_px * radius_px);
+      const bool inside = rows_inside && u >= reach && u < camera.width_px - reach;
       for (const DiscOffset& offset : offsets) {
-        const int nu = u + offset.du;
-        const int nv = v + offset.dv;
-        if (nu < 0 || nv < 0 || nu >= camera.width_px || nv >= camera.height_px) {
-          continue;
+        if (offset.squared_px > covers_px2) {
+          break;
         }
-        const std::size_t there = view.index(nu, nv);
-        if (static_cast<float>(offset.squared_px) <= covers_px2[there] &&
-            view.depth_m[there] < nearer_than_m) {
-          blocked |= offset.sector_bit;
+        if (!inside) {
+          const int tu = u + offset.du;
+          const int tv = v + offset.dv;
+          if (tu < 0 || tv < 0 || tu >= camera.width_px || tv >= camera.height_px) {
+            continue;
+          }
+        }
+        const auto there =
+            static_cast<std::size_t>(static_cast<std::ptrdiff_t>(here) + offset.step);
+        if (depth_m < nearer_than_m[there]) {
+          blocked[there] |= offset.sector_bit;
         }
       }
-      if (largest_gap(blocked) <= kLargestGapOfHidden) {
-        hidden.push_back(here);
-      }
+    }
+  }
+  std::vector<std::size_t> hidden;
+  for (std::size_t i = 0; i < blocked.size(); ++i) {
+    if (blocked[i] != 0 && largest_gap(blocked[i]) <= kLargestGapOfHidden) {
+      hidden.push_back(i);
     }
   }
   return hidden;
