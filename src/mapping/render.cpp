@@ -111,6 +111,9 @@ std::vector<std::size_t> hidden_pixels(const RenderedView& view, const RenderCon
   std::vector<std::uint8_t> blocked(view.depth_m.size(), 0);
   const std::vector<DiscOffset> offsets = disc(config.max_footprint_px, camera.width_px);
   const int reach = static_cast<int>(config.max_footprint_px);
+  const auto in_image = [&camera](int u, int v) {
+    return u >= 0 && v >= 0 && u < camera.width_px && v < camera.height_px;
+  };
   for (int v = 0; v < camera.height_px; ++v) {
     const bool rows_inside = v >= reach && v < camera.height_px - reach;
     for (int u = 0; u < camera.width_px; ++u) {
@@ -123,23 +126,26 @@ std::vector<std::size_t> hidden_pixels(const RenderedView& view, const RenderCon
           std::clamp(camera.fx_px * config.footprint_m / static_cast<double>(depth_m),
                      config.min_footprint_px, config.max_footprint_px);
       const auto covers_px2 = static_cast<float>(radius_px * radius_px);
+      const auto end = std::upper_bound(offsets.begin(), offsets.end(), covers_px2,
+                                        [](float squared_px, const DiscOffset& offset) {
+                                          return squared_px < offset.squared_px;
+                                        });
       const bool inside = rows_inside && u >= reach && u < camera.width_px - reach;
-      for (const DiscOffset& offset : offsets) {
-        if (offset.squared_px > covers_px2) {
-          break;
-        }
-        if (!inside) {
-          const int tu = u + offset.du;
-          const int tv = v + offset.dv;
-          if (tu < 0 || tv < 0 || tu >= camera.width_px || tv >= camera.height_px) {
-            continue;
+      const float* const nearer_here_m = nearer_than_m.data() + here;
+      std::uint8_t* const blocked_here = blocked.data() + here;
+      const auto mark = [=](const DiscOffset& offset) {
+        // Without a branch: whether a neighbour is behind is a coin toss for the processor.
+        const auto behind = static_cast<unsigned>(depth_m < nearer_here_m[offset.step]);
+        blocked_here[offset.step] |= static_cast<std::uint8_t>(offset.sector_bit & (0U - behind));
+      };
+      if (inside) {
+        std::for_each(offsets.begin(), end, mark);
+      } else {
+        std::for_each(offsets.begin(), end, [&](const DiscOffset& offset) {
+          if (in_image(u + offset.du, v + offset.dv)) {
+            mark(offset);
           }
-        }
-        const auto there =
-            static_cast<std::size_t>(static_cast<std::ptrdiff_t>(here) + offset.step);
-        if (depth_m < nearer_than_m[there]) {
-          blocked[there] |= offset.sector_bit;
-        }
+        });
       }
     }
   }
