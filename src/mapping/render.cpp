@@ -16,7 +16,7 @@ namespace {
 /// Keeps the nearest point of every pixel (of equally near ones the first in the cloud).
 void splat_nearest(const CloudGrid& grid, const RigidTransform& T_world_cam,
                    const RenderConfig& config, RenderedView& view) {
-  const PointCloud& cloud = grid.cloud();
+  const SortedCloud& cloud = grid.cloud();
   const PinholeCamera& camera = view.camera;
   const Eigen::Matrix3d R_cam_world = T_world_cam.R.transpose();
   const Eigen::Vector3d t_cam = R_cam_world * (cloud.origin_m - T_world_cam.p);
