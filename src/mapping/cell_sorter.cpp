@@ -15,6 +15,8 @@ constexpr std::uint64_t kBytesAPoint = 16 + 4;    // as it came, with its cell
 constexpr std::uint64_t kBytesASortedPoint = 16;  // its copy in the new order
 /// Entries in hash table and lists; vectors may be twice as large as what they hold.
 constexpr std::uint64_t kBytesACell = 160;
+/// What the next point takes at most.
+constexpr std::uint64_t kBytesNext = kBytesAPoint + kBytesASortedPoint + kBytesACell;
 
 }  // namespace
 
@@ -49,7 +51,7 @@ std::uint32_t CellSorter::cell_of(CellKey key) {
 
 void CellSorter::add(const Eigen::Vector3f& position_m, float intensity) {
   if (positions_m_.size() == capacity_ ||
-      (!positions_m_.empty() && bytes_held() > storage_.memory_bytes)) {
+      (!positions_m_.empty() && bytes_held() + kBytesNext > storage_.memory_bytes)) {
     spill();
   }
   const std::uint32_t cell = cell_of(cell_key(position_m));

@@ -62,8 +62,8 @@ SortedPoints sort_cloud(PointCloud& cloud, const CloudStorage& storage) {
   CellSorter sorter(storage);
   sorter.expect(cloud.size());
   for (std::size_t i = 0; i < cloud.size(); ++i) {
-    // Written so that NaN fails.
-    if (!(cloud.positions_m[i].lpNorm<Eigen::Infinity>() <= kMaxExtent_m)) {
+    // Also false for NaN, which a norm may lose.
+    if (!(cloud.positions_m[i].array().abs() <= static_cast<float>(kMaxExtent_m)).all()) {
       throw std::invalid_argument("point " + std::to_string(i) +
                                   " of the cloud is not finite, or more than 100 km off");
     }
@@ -123,7 +123,7 @@ std::vector<CloudGrid::Cell> CloudGrid::cells_in_view(const PinholeCamera& camer
                                                       double max_depth_m) const {
   const Eigen::Vector3d centre_m = T_world_cam.p - cloud_.origin_m;
   std::vector<Cell> seen;
-  if (!(centre_m.lpNorm<Eigen::Infinity>() < 2.0 * kMaxExtent_m)) {
+  if (!(centre_m.array().abs() < 2.0 * kMaxExtent_m).all()) {
     return seen;  // also NaN
   }
   // Bounding box of the frustum: camera centre and the four corners at the largest depth.

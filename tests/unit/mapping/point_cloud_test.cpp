@@ -103,6 +103,40 @@ TEST_F(PointCloudFile, ReadsCompressedPcd) {
               HasSubstr("does not fit POINTS"));
 }
 
+TEST_F(PointCloudFile, ReadsCompressedPcdOfManyBlocksAsItReadsBinary) {
+  constexpr int kPoints = 100'000;
+  std::string records;
+  std::array<std::string, 5> fields;
+  for (int i = 0; i < kPoints; ++i) {
+    const auto f = static_cast<float>(i);
+    const std::array<std::string, 5> point{raw(f), raw(-0.5F * f), raw(3.0F),
+                                           raw(static_cast<std::uint16_t>(i)), raw(0.25F * f)};
+    for (std::size_t k = 0; k < point.size(); ++k) {
+      records += point[k];
+      fields[k] += point[k];
+    }
+  }
+  std::string columns;
+  for (const std::string& field : fields) {
+    columns += field;
+  }
+  std::string lzf;  // literal runs only
+  for (std::size_t at = 0; at < columns.size(); at += 32) {
+    const std::string run = columns.substr(at, 32);
+    lzf += static_cast<char>(run.size() - 1) + run;
+  }
+  const std::string points = std::to_string(kPoints);
+  const PointCloud binary =
+      load_point_cloud(write("a.pcd", pcd_header(points, "binary") + records));
+  const PointCloud compressed =
+      load_point_cloud(write("b.pcd", pcd_header(points, "binary_compressed") +
+                                          raw(static_cast<std::uint32_t>(lzf.size())) +
+                                          raw(static_cast<std::uint32_t>(columns.size())) + lzf));
+  EXPECT_TRUE(compressed.positions_m == binary.positions_m);
+  EXPECT_TRUE(compressed.intensities == binary.intensities);
+  EXPECT_EQ(compressed.size(), static_cast<std::size_t>(kPoints));
+}
+
 /// Decompresses in pieces of `piece` bytes; false if the block does not give exactly out.size().
 bool lzf_decompress(const std::string& in, std::string& out, std::size_t piece) {
   std::istringstream stream(in);
