@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <malloc.h>
 #include <numeric>
 #include <stdexcept>
 #include <utility>
@@ -24,7 +25,10 @@ void CellSorter::expect(std::uint64_t points) {
   if (points >= std::numeric_limits<std::uint32_t>::max()) {
     throw std::length_error("point cloud has more than 2^32 - 2 points: split it");
   }
-  const std::uint64_t affordable = storage_.memory_bytes / (kBytesAPoint + kBytesASortedPoint);
+  const std::uint64_t buffer = RunFile::write_buffer_bytes(storage_);
+  const std::uint64_t affordable =
+      (storage_.memory_bytes - std::min(buffer, storage_.memory_bytes)) /
+      (kBytesAPoint + kBytesASortedPoint);
   capacity_ = std::max<std::uint64_t>(1, std::min(points, affordable));
   // All at once: a vector that grows holds its points twice for a while.
   positions_m_.reserve(capacity_);
@@ -33,7 +37,8 @@ void CellSorter::expect(std::uint64_t points) {
 }
 
 std::uint64_t CellSorter::bytes_held() const {
-  return positions_m_.size() * (kBytesAPoint + kBytesASortedPoint) + cells_.size() * kBytesACell;
+  return positions_m_.size() * (kBytesAPoint + kBytesASortedPoint) + cells_.size() * kBytesACell +
+         RunFile::write_buffer_bytes(storage_);
 }
 
 std::uint32_t CellSorter::cell_of(CellKey key) {
@@ -114,6 +119,9 @@ SortedPoints CellSorter::finish(const Progress& progress) {
     intensities_ = {};
     cell_of_point_ = {};
     points = runs_->merge(progress);
+    runs_.reset();
+    // The heap would keep what sorting held, beside the pages that the cloud is used through.
+    ::malloc_trim(0);
   } else {
     peak_bytes_ = bytes_held();
     PointsInMemory sorted = sort();

@@ -72,12 +72,15 @@ std::span<const T> view_of(std::span<const std::byte> bytes, std::uint64_t from,
 
 }  // namespace
 
+std::uint64_t RunFile::write_buffer_bytes(const CloudStorage& storage) {
+  return std::clamp<std::uint64_t>(storage.memory_bytes / 64, 1024, kLargestBlock);
+}
+
 RunFile::RunFile(const CloudStorage& storage) : storage_(storage), file_(storage.scratch_folder) {}
 
 void RunFile::append(const PointsInMemory& sorted) {
   const std::uint64_t begin = runs_.empty() ? 0 : runs_.back().end;
-  ScratchWriter writer(file_, begin * sizeof(StoredPoint),
-                       std::clamp(storage_.memory_bytes / 16, kSmallestBlock, kLargestBlock));
+  ScratchWriter writer(file_, begin * sizeof(StoredPoint), write_buffer_bytes(storage_));
   for (std::size_t i = 0; i < sorted.positions_m.size(); ++i) {
     const Eigen::Vector3f& p = sorted.positions_m[i];
     const StoredPoint point{p.x(), p.y(), p.z(), sorted.intensities[i]};
@@ -91,8 +94,7 @@ SortedPoints RunFile::merge(const Progress& progress) const {
   const std::uint64_t count = runs_.back().end;
   const std::uint64_t run_block =
       std::clamp(storage_.memory_bytes / 2 / runs_.size(), kSmallestBlock, kLargestBlock);
-  const std::uint64_t write_block =
-      std::clamp(storage_.memory_bytes / 16, kSmallestBlock, kLargestBlock);
+  const std::uint64_t write_buffer = write_buffer_bytes(storage_);
   std::vector<RunReader> readers;
   readers.reserve(runs_.size());
   // Smallest cell first; of the same cell the earliest run.
@@ -105,9 +107,9 @@ SortedPoints RunFile::merge(const Progress& progress) const {
 
   const FileLayout layout(count);
   ScratchFile merged(storage_.scratch_folder);
-  ScratchWriter positions(merged, 0, write_block);
-  ScratchWriter intensities(merged, layout.intensities_at, write_block);
-  ScratchWriter cells(merged, layout.cells_at, write_block);
+  ScratchWriter positions(merged, 0, write_buffer);
+  ScratchWriter intensities(merged, layout.intensities_at, write_buffer);
+  ScratchWriter cells(merged, layout.cells_at, write_buffer);
   const auto write_cell = [&cells](const CloudGrid::Cell& cell) {
     cells.append(std::as_bytes(std::span(&cell, 1)));
   };
@@ -141,14 +143,15 @@ SortedPoints RunFile::merge(const Progress& progress) const {
   const std::uint64_t size = cells.finish();
 
   SortedPoints points;
-  auto mapping = merged.map(size, storage_.memory_bytes);
+  // Half, since the kernel also maps neighbours of the pages that are read.
+  auto mapping = merged.map(size, storage_.memory_bytes / 2);
   const auto bytes = mapping->bytes();
   points.positions_m = view_of<Eigen::Vector3f>(bytes, 0, layout.intensities_at);
   points.intensities = view_of<float>(bytes, layout.intensities_at, layout.cells_at);
   points.cells = view_of<CloudGrid::Cell>(bytes, layout.cells_at, size);
   points.owner = std::move(mapping);
   points.spilled_runs = runs_.size();
-  points.peak_bytes = runs_.size() * run_block + 3 * write_block;
+  points.peak_bytes = runs_.size() * run_block + 3 * write_buffer;
   return points;
 }
 

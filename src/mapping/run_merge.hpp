@@ -25,6 +25,9 @@ class RunFile {
  public:
   explicit RunFile(const CloudStorage& storage);
 
+  /// What append() needs besides its argument.
+  static std::uint64_t write_buffer_bytes(const CloudStorage& storage);
+
   void append(const PointsInMemory& sorted);
   /// All points cell by cell, mapped from a second scratch file; of points in one cell, those of
   /// earlier runs first. Uses up the runs: their disk space is given back on the way.

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <fstream>
+#include <malloc.h>
 #include <stdexcept>
 #include <string>
 
@@ -13,6 +14,7 @@ namespace topoloc::testing {
 class PeakMemory {
  public:
   PeakMemory() {
+    ::malloc_trim(0);  // freed memory that the heap keeps would hide what comes
     std::ofstream("/proc/self/clear_refs") << "5";  // sets VmHWM back
     begin_bytes_ = read("VmHWM:");
   }

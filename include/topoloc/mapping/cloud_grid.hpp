@@ -20,9 +20,10 @@ namespace topoloc::mapping {
 
 /// How much memory a cloud may take, and where the rest of it goes.
 struct CloudStorage {
-  /// Peak of reading and sorting, and of the cloud's pages held while it is used. A cloud that
-  /// needs more (36 bytes a point) is sorted on disk and read from there. Below 64 MB, merging the
-  /// sorted parts of a very large cloud may take more: 4 KiB a part.
+  /// Peak of sorting, and of the cloud's pages held while it is used (beyond that: some 4 MB while
+  /// reading, and what one view of each thread looks at). A cloud that needs more, at 36 bytes a
+  /// point, is sorted on disk and used from there. Below 64 MB, merging the sorted parts of a very
+  /// large cloud may take more: 4 KiB a part.
   std::uint64_t memory_bytes = std::numeric_limits<std::uint64_t>::max();
   /// Folder of the scratch file: 16 bytes a point (twice that where the file system cannot give
   /// back parts of a file). The file has no name and is gone with the CloudGrid. A folder in
