@@ -62,6 +62,7 @@ void print_json(const Options& options, const BuildReport& report) {
       {"mean_depth_std_m", report.mean_depth_std_m},
       {"cloud_points", report.cloud_points},
       {"cloud_points_rejected", report.cloud_points_rejected},
+      {"cloud_spacing_m", report.cloud_spacing_m},
       {"cloud_on_disk", report.cloud_on_disk},
       {"cloud_seconds", report.cloud_seconds},
       {"nodes_seconds", report.nodes_seconds}};
@@ -101,11 +102,17 @@ void print_summary(const Options& options, const BuildReport& report) {
   for (const RejectedNode& node : report.rejected_nodes) {
     fmt::print("  frame {} at {} ns: {}\n", node.frame, node.time_ns, name(node.reason));
   }
-  fmt::print("cloud: {} points ({} rejected), {}{:.1f} s; nodes: {:.1f} s, {:.2f} s each",
-             report.cloud_points, report.cloud_points_rejected,
-             report.cloud_on_disk ? "sorted on disk, " : "", report.cloud_seconds,
-             report.nodes_seconds,
-             made == 0 ? 0.0 : report.nodes_seconds / static_cast<double>(made));
+  if (report.cloud_spacing_m > options.config.render.footprint_m) {
+    fmt::print(stderr,
+               "topoloc-map: warning: the cloud is sparse: what is behind a surface may show "
+               "through it and give features a wrong depth\n");
+  }
+  fmt::print(
+      "cloud: {} points ({} rejected), {:.1f} cm apart, {}{:.1f} s; nodes: {:.1f} s, "
+      "{:.2f} s each",
+      report.cloud_points, report.cloud_points_rejected, 100.0 * report.cloud_spacing_m,
+      report.cloud_on_disk ? "sorted on disk, " : "", report.cloud_seconds, report.nodes_seconds,
+      made == 0 ? 0.0 : report.nodes_seconds / static_cast<double>(made));
   if (report.nodes_resumed > 0) {
     fmt::print(" ({} taken over from an interrupted run)", report.nodes_resumed);
   }

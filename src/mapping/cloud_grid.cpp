@@ -16,8 +16,6 @@
 namespace topoloc::mapping {
 namespace {
 
-constexpr std::uint64_t kBytesReadAPoint = sizeof(Eigen::Vector3f) + sizeof(float);
-
 using Key = std::tuple<std::int32_t, std::int32_t, std::int32_t>;
 
 Key key_of(const CloudGrid::Cell& cell) { return {cell.x, cell.y, cell.z}; }
@@ -147,7 +145,7 @@ std::vector<CloudGrid::Cell> CloudGrid::cells_in_view(const PinholeCamera& camer
            });
   };
   const std::span<const Cell> all = cells();
-  std::uint64_t bytes = 0;
+  std::uint64_t points = 0;
   for (int x = first.x(); x <= last.x(); ++x) {
     for (int y = first.y(); y <= last.y(); ++y) {
       auto cell = std::lower_bound(
@@ -156,15 +154,19 @@ std::vector<CloudGrid::Cell> CloudGrid::cells_in_view(const PinholeCamera& camer
       for (; cell != all.end() && key_of(*cell) <= Key{x, y, last.z()}; ++cell) {
         if (in_frustum(*cell)) {
           seen.push_back(*cell);
-          bytes += std::uint64_t{cell->end - cell->begin} * kBytesReadAPoint;
+          points += cell->end - cell->begin;
         }
       }
     }
   }
-  if (const auto* mapping = std::get_if<std::unique_ptr<FileMapping>>(&points_->owner)) {
-    (*mapping)->about_to_read(bytes);
-  }
+  about_to_read(points);
   return seen;
+}
+
+void CloudGrid::about_to_read(std::uint64_t points) const {
+  if (const auto* mapping = std::get_if<std::unique_ptr<FileMapping>>(&points_->owner)) {
+    (*mapping)->about_to_read(points * (sizeof(Eigen::Vector3f) + sizeof(float)));
+  }
 }
 
 }  // namespace topoloc::mapping

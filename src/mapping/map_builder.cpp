@@ -203,6 +203,7 @@ BuildReport build_map(const BuildPaths& paths, const BuildConfig& config,
   const SortedCloud& cloud = grid.cloud();
   report.cloud_points = cloud.size();
   report.cloud_points_rejected = cloud.rejected();
+  report.cloud_spacing_m = grid.median_spacing_m();
   report.cloud_on_disk = grid.spilled_runs() > 0;
   report.cloud_seconds = seconds_since(start);
   check_cloud_is_here(paths, config, drive.vehicle, grid, report.selection);

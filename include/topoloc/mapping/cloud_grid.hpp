@@ -33,7 +33,9 @@ struct CloudStorage {
 
 struct SortedPoints;
 
-/// The points of a CloudGrid, cell by cell, in memory or mapped from disk.
+/// The points of a CloudGrid, cell by cell, in memory or mapped from disk. (Mapped pages are held
+/// within bounds for those who ask cells_in_view() what to read; reading all of a large cloud past
+/// it fills the memory that is free.)
 struct SortedCloud : CloudInfo {
   std::span<const Eigen::Vector3f> positions_m;  ///< relative to origin_m, axes of the world
   std::span<const float> intensities;            ///< in the file's own units
@@ -80,6 +82,10 @@ class CloudGrid {
                                                 const RigidTransform& T_world_cam,
                                                 double max_depth_m) const;
 
+  /// Median distance [m] from a point to the nearest other one, over a few hundred points spread
+  /// evenly over the cloud; 0 if no two points share a cell.
+  [[nodiscard]] double median_spacing_m() const;
+
   /// Sorted parts that were written to disk; 0: the cloud is kept in memory.
   [[nodiscard]] std::size_t spilled_runs() const;
   /// Most memory that sorting held at a time.
@@ -87,6 +93,8 @@ class CloudGrid {
 
  private:
   CloudGrid(CloudInfo info, SortedPoints points);
+  /// Before points are read, to keep the pages held bounded.
+  void about_to_read(std::uint64_t points) const;
 
   std::unique_ptr<const SortedPoints> points_;
   SortedCloud cloud_;

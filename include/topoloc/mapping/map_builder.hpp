@@ -78,9 +78,10 @@ struct BuildReport {
   std::uint64_t map_bytes = 0;
   std::uint64_t cloud_points = 0;
   std::uint64_t cloud_points_rejected = 0;
-  bool cloud_on_disk = false;  ///< it did not fit into cloud_memory_bytes
-  double cloud_seconds = 0.0;  ///< loading and sorting
-  double nodes_seconds = 0.0;  ///< wall clock of all nodes
+  double cloud_spacing_m = 0.0;  ///< median distance of neighbouring points
+  bool cloud_on_disk = false;    ///< it did not fit into cloud_memory_bytes
+  double cloud_seconds = 0.0;    ///< loading and sorting
+  double nodes_seconds = 0.0;    ///< wall clock of all nodes
 };
 
 /// Called from worker threads, one at a time.

@@ -338,6 +338,21 @@ TEST(CloudCells, RefusesPositionsThatNoCellHolds) {
   }
 }
 
+TEST_F(CloudOnDisk, SpacingIsThatOfNeighboursAndNeedsNoMemory) {
+  PointCloud cloud;
+  for (int i = 0; i < 40'000; ++i) {
+    cloud.positions_m.emplace_back(0.05F * static_cast<float>(i % 200),
+                                   0.05F * static_cast<float>(i / 200), 2.0F);
+    cloud.intensities.push_back(0.0F);
+  }
+  EXPECT_NEAR(CloudGrid(cloud).median_spacing_m(), 0.05, 1e-5);
+  EXPECT_NEAR(CloudGrid(cloud, storage(100'000)).median_spacing_m(), 0.05, 1e-5);
+  cloud.positions_m.resize(1);
+  cloud.intensities.resize(1);
+  EXPECT_EQ(CloudGrid(cloud).median_spacing_m(), 0.0);
+  EXPECT_EQ(CloudGrid(PointCloud{}).median_spacing_m(), 0.0);
+}
+
 TEST_F(CloudOnDisk, MorePointsThanAnIndexCanTellApartIsAnError) {
   // A file without blocks on disk, but of the right size.
   constexpr std::uint64_t kPoints = 4'294'967'295;

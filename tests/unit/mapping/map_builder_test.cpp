@@ -124,7 +124,9 @@ TEST_F(MapBuilderTest, NumberOfThreadsDoesNotChangeAByte) {
 }
 
 TEST_F(MapBuilderTest, MemoryForTheCloudDoesNotChangeAByte) {
-  EXPECT_FALSE(build_map(drive_.paths, config_).cloud_on_disk);
+  const BuildReport report = build_map(drive_.paths, config_);
+  EXPECT_FALSE(report.cloud_on_disk);
+  EXPECT_NEAR(report.cloud_spacing_m, 0.07, 1e-3);
   config_.cloud_memory_bytes = 500'000;
   BuildPaths paths = drive_.paths;
   paths.out += ".small";
