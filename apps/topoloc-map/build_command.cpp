@@ -26,6 +26,7 @@ struct Options {
   BuildConfig config;
   std::string refine = "none";
   double trajectory_std_deg = 0.05;
+  std::uint64_t cloud_memory_mb = 1024;
   bool json = false;
 };
 
@@ -61,6 +62,8 @@ void print_json(const Options& options, const BuildReport& report) {
       {"mean_depth_std_m", report.mean_depth_std_m},
       {"cloud_points", report.cloud_points},
       {"cloud_points_rejected", report.cloud_points_rejected},
+      {"cloud_spacing_m", report.cloud_spacing_m},
+      {"cloud_on_disk", report.cloud_on_disk},
       {"cloud_seconds", report.cloud_seconds},
       {"nodes_seconds", report.nodes_seconds}};
   std::cout << out.dump(2) << '\n';
@@ -99,10 +102,17 @@ void print_summary(const Options& options, const BuildReport& report) {
   for (const RejectedNode& node : report.rejected_nodes) {
     fmt::print("  frame {} at {} ns: {}\n", node.frame, node.time_ns, name(node.reason));
   }
-  fmt::print("cloud: {} points ({} rejected), {:.1f} s; nodes: {:.1f} s, {:.2f} s each",
-             report.cloud_points, report.cloud_points_rejected, report.cloud_seconds,
-             report.nodes_seconds,
-             made == 0 ? 0.0 : report.nodes_seconds / static_cast<double>(made));
+  if (report.cloud_spacing_m > options.config.render.footprint_m) {
+    fmt::print(stderr,
+               "topoloc-map: warning: the cloud is sparse: what is behind a surface may show "
+               "through it and give features a wrong depth\n");
+  }
+  fmt::print(
+      "cloud: {} points ({} rejected), {:.1f} cm apart, {}{:.1f} s; nodes: {:.1f} s, "
+      "{:.2f} s each",
+      report.cloud_points, report.cloud_points_rejected, 100.0 * report.cloud_spacing_m,
+      report.cloud_on_disk ? "sorted on disk, " : "", report.cloud_seconds, report.nodes_seconds,
+      made == 0 ? 0.0 : report.nodes_seconds / static_cast<double>(made));
   if (report.nodes_resumed > 0) {
     fmt::print(" ({} taken over from an interrupted run)", report.nodes_resumed);
   }
@@ -127,6 +137,7 @@ void run(Options& options) {
         "--refine none");
   }
   options.config.trajectory_std_rad = options.trajectory_std_deg * kDegree;
+  options.config.cloud_memory_bytes = options.cloud_memory_mb << 20U;
   options.config.creator = std::string("topoloc-map ") + TOPOLOC_VERSION;
   const BuildReport report =
       build_map(options.paths, options.config, {.cloud = bar("cloud"), .nodes = bar("nodes")});
@@ -185,6 +196,14 @@ void add_build_command(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--threads", options->config.threads, "Workers; 0: one per core")
       ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--cloud-memory-mb", options->cloud_memory_mb,
+          "Memory for the cloud; a larger one (36 bytes a point) is sorted on disk, in the "
+          "folder of --out (16 to 32 bytes a point, gone at the end). Does not change the "
+          "map")
+      ->check(CLI::Range(64, 1'000'000))
       ->capture_default_str();
   command->add_flag("--json", options->json, "Report as JSON on stdout");
   command->footer(

@@ -13,31 +13,45 @@
 /// packages along; these two formats are a page each.)
 namespace topoloc::mapping {
 
-PointCloud read_pcd(const std::filesystem::path& path, const Progress& progress);
-PointCloud read_ply(const std::filesystem::path& path, const Progress& progress);
-PointCloud read_las(const std::filesystem::path& path, const Progress& progress);
-
 /// Error with the file's name in front.
 [[noreturn]] inline void fail(const std::filesystem::path& path, const std::string& what) {
   throw std::runtime_error(path.string() + ": " + what);
 }
 
-/// Fills a cloud point by point: fixes the origin, counts what it rejects.
+/// Takes a cloud point by point: fixes the origin, counts what it rejects. What becomes of the
+/// points is up to the derived class.
 class PointSink {
  public:
-  /// `expected` points are reserved; the caller has checked that the file can hold that many.
-  PointSink(bool has_intensity, std::uint64_t expected) {
-    cloud_.has_intensity = has_intensity;
-    cloud_.positions_m.reserve(expected);
-    cloud_.intensities.reserve(expected);
-  }
+  PointSink() = default;
+  virtual ~PointSink() = default;
+  PointSink(const PointSink&) = delete;
+  PointSink& operator=(const PointSink&) = delete;
+
+  /// The number of points to come at most, before the first one; the reader has checked that the
+  /// file can hold that many.
+  virtual void expect(std::uint64_t points) = 0;
   /// World coordinates [m]; intensity in the file's units (not finite: taken as 0).
   void add(const Eigen::Vector3d& p_world_m, float intensity);
-  PointCloud& cloud() { return cloud_; }
+  CloudInfo& info() { return info_; }
+  /// Points that were not rejected.
+  [[nodiscard]] std::uint64_t taken() const { return taken_; }
+
+ protected:
+  /// Position relative to info().origin_m.
+  virtual void take(const Eigen::Vector3f& position_m, float intensity) = 0;
 
  private:
-  PointCloud cloud_;
+  CloudInfo info_;
+  std::uint64_t taken_ = 0;
 };
+
+// Each reads a file into a sink, and needs no memory that grows with the file.
+void read_pcd(const std::filesystem::path& path, PointSink& sink, const Progress& progress);
+void read_ply(const std::filesystem::path& path, PointSink& sink, const Progress& progress);
+void read_las(const std::filesystem::path& path, PointSink& sink, const Progress& progress);
+
+/// The reader of the file's format; checks that the sink got points.
+void read_points(const std::filesystem::path& path, PointSink& sink, const Progress& progress);
 
 /// Reports progress about a hundred times in `total` steps.
 class ProgressTicker {

@@ -132,7 +132,7 @@ bool is_noise(const laszip_point_struct& point) {
 
 }  // namespace
 
-PointCloud read_las(const std::filesystem::path& path, const Progress& progress) {
+void read_las(const std::filesystem::path& path, PointSink& sink, const Progress& progress) {
   const std::uint64_t file_size = std::filesystem::file_size(path);
   check_prefix(path, file_size);
   Reader reader(path);
@@ -141,30 +141,28 @@ PointCloud read_las(const std::filesystem::path& path, const Progress& progress)
   if (count == 0) {
     fail(path, "holds no point");
   }
-  // LAZ reaches about a tenth on real data. A count beyond 8 points a byte cannot be true, and
-  // memory is reserved for at most one a byte (the vector grows if it really is more).
+  // LAZ reaches about a tenth on real data. A count beyond 8 points a byte cannot be true.
   if (count / 8 > file_size) {
     fail(path, "announces " + std::to_string(count) + " points in a file of " +
                    std::to_string(file_size) + " bytes");
   }
-  // LAS always has the field; a scanner without intensity leaves it 0.
-  PointSink sink(false, std::min(count, file_size));
+  sink.expect(count);
   const ProgressTicker ticker(progress, count);
   for (std::uint64_t i = 0; i < count; ++i) {
     const laszip_point_struct& point = reader.next(i);
     ticker.at(i);
     if (is_noise(point)) {
-      ++sink.cloud().rejected_noise;
+      ++sink.info().rejected_noise;
       continue;
     }
     sink.add({header.x_scale_factor * point.X + header.x_offset,
               header.y_scale_factor * point.Y + header.y_offset,
               header.z_scale_factor * point.Z + header.z_offset},
              static_cast<float>(point.intensity));
-    sink.cloud().has_intensity |= point.intensity != 0;
+    // LAS always has the field; a scanner without intensity leaves it 0.
+    sink.info().has_intensity |= point.intensity != 0;
   }
-  sink.cloud().crs = coordinate_reference_system(header);
-  return std::move(sink.cloud());
+  sink.info().crs = coordinate_reference_system(header);
 }
 
 }  // namespace topoloc::mapping

@@ -82,13 +82,9 @@ void check_cloud_is_here(const BuildPaths& paths, const BuildConfig& config,
   if (2 * blind <= selection.nodes.size()) {
     return;
   }
-  Eigen::AlignedBox3d cloud_box;
-  for (std::size_t i = 0; i < grid.cloud().size(); ++i) {
-    cloud_box.extend(grid.cloud().position_world(i));
-  }
   fail(paths.cloud, "lies elsewhere than the drive: " + std::to_string(blind) + " of " +
                         std::to_string(selection.nodes.size()) + " nodes see none of it. Cloud: " +
-                        box_text(cloud_box) + "; drive: " + box_text(drive_box));
+                        box_text(grid.cloud().box_world) + "; drive: " + box_text(drive_box));
 }
 
 /// Makes all nodes that the journal does not hold yet, on all cores.
@@ -201,11 +197,14 @@ BuildReport build_map(const BuildPaths& paths, const BuildConfig& config,
   const map::ModelIdentity model = matching::make_extractor(drive.vehicle.matching)->identity();
 
   auto start = std::chrono::steady_clock::now();
-  const CloudGrid grid(load_point_cloud(paths.cloud, progress.cloud));
-  const PointCloud& cloud = grid.cloud();
+  const CloudGrid grid = CloudGrid::load(
+      paths.cloud, {config.cloud_memory_bytes, std::filesystem::absolute(paths.out).parent_path()},
+      progress.cloud);
+  const SortedCloud& cloud = grid.cloud();
   report.cloud_points = cloud.size();
-  report.cloud_points_rejected =
-      cloud.rejected_not_finite + cloud.rejected_too_far + cloud.rejected_noise;
+  report.cloud_points_rejected = cloud.rejected();
+  report.cloud_spacing_m = grid.median_spacing_m();
+  report.cloud_on_disk = grid.spilled_runs() > 0;
   report.cloud_seconds = seconds_since(start);
   check_cloud_is_here(paths, config, drive.vehicle, grid, report.selection);
 

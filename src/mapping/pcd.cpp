@@ -3,9 +3,10 @@
 #include "mapping/lzf.hpp"
 #include "mapping/record_stream.hpp"
 
-#include <cstring>
+#include <algorithm>
 #include <fstream>
 #include <map>
+#include <optional>
 
 // PCD, version 0.7: a text header of KEY VALUES lines up to DATA, then the points. VIEWPOINT (where
 // the scanner stood) is not applied to the points, as in PCL.
@@ -84,9 +85,44 @@ PcdHeader read_pcd_header(const std::filesystem::path& path, std::istream& strea
   return header;
 }
 
-/// binary_compressed: two uint32 sizes, then one LZF block that holds field after field.
-PointCloud read_compressed(const std::filesystem::path& path, std::istream& stream,
-                           const PcdHeader& header, const Progress& progress) {
+/// One field of the points of a compressed file: a column, read by a decompressor of its own.
+class Column {
+ public:
+  Column(const std::filesystem::path& path, const Field& field) : path_(path), field_(field) {}
+  /// `at`, `compressed`: the block in the file; `points`: how many values the column has.
+  void open(std::streamoff at, std::uint64_t compressed, std::uint64_t points) {
+    stream_.open(path_, std::ios::binary);
+    stream_.seekg(at);
+    reader_.emplace(stream_, compressed);
+    check(reader_->skip(field_.offset * points));
+  }
+  void read(std::size_t points) {
+    values_.resize(points * stride());
+    check(reader_->read(values_));
+  }
+  [[nodiscard]] double value(std::size_t i) const {
+    return load_scalar(field_.type, values_.data() + i * stride());
+  }
+  [[nodiscard]] std::size_t stride() const { return size_of(field_.type) * field_.count; }
+
+ private:
+  void check(bool ok) const {
+    if (!ok) {
+      fail(path_, "compressed data is corrupt");
+    }
+  }
+
+  std::filesystem::path path_;
+  Field field_;
+  std::ifstream stream_;
+  std::optional<LzfReader> reader_;
+  std::vector<std::byte> values_;
+};
+
+/// binary_compressed: two uint32 sizes, then one LZF block that holds field after field. The fields
+/// of a point are far apart, so each is decompressed on its own up to where it lies.
+void read_compressed(const std::filesystem::path& path, std::istream& stream,
+                     const PcdHeader& header, PointSink& sink, const Progress& progress) {
   std::array<std::uint32_t, 2> sizes{};  // compressed, uncompressed
   if (!stream.read(reinterpret_cast<char*>(sizes.data()), sizeof(sizes))) {
     fail(path, "truncated: ends before its compressed data");
@@ -102,49 +138,65 @@ PointCloud read_compressed(const std::filesystem::path& path, std::istream& stre
     fail(path, "compressed data of " + std::to_string(sizes[1]) + " bytes does not fit POINTS " +
                    std::to_string(header.points));
   }
-  std::vector<std::byte> compressed(sizes[0]);
-  stream.read(reinterpret_cast<char*>(compressed.data()), sizes[0]);
-  std::vector<std::byte> columns(sizes[1]);
-  if (!stream || !lzf_decompress(compressed, columns)) {
-    fail(path, "compressed data is corrupt");
-  }
   const auto fields = point_fields(header.layout);
   if (!fields) {
     fail(path, "points have no x, y and z");
   }
-  PointSink sink(fields->intensity.has_value(), header.points);
-  const ProgressTicker ticker(progress, header.points);
-  for (std::uint64_t i = 0; i < header.points; ++i) {
-    const auto value = [&](const Field& field) {
-      return load_scalar(field.type, columns.data() + field.offset * header.points +
-                                         i * size_of(field.type) * field.count);
-    };
-    sink.add({value(fields->x), value(fields->y), value(fields->z)},
-             fields->intensity ? static_cast<float>(value(*fields->intensity)) : 0.0F);
-    ticker.at(i);
+  const std::streamoff begin = stream.tellg();
+  LzfReader whole(stream, sizes[0]);
+  if (!whole.skip(sizes[1]) || !whole.at_end()) {
+    fail(path, "compressed data is corrupt");
   }
-  return std::move(sink.cloud());
+  sink.info().has_intensity = fields->intensity.has_value();
+  sink.expect(header.points);
+  std::vector<Column> columns;
+  for (const Field& field : {fields->x, fields->y, fields->z}) {
+    columns.emplace_back(path, field);
+  }
+  if (fields->intensity) {
+    columns.emplace_back(path, *fields->intensity);
+  }
+  std::size_t widest = 0;
+  for (Column& column : columns) {
+    column.open(begin, sizes[0], header.points);
+    widest = std::max(widest, column.stride());
+  }
+  constexpr std::size_t kBlockBytes = 1 << 18;
+  const std::size_t per_block = std::max<std::size_t>(1, kBlockBytes / widest);
+  const ProgressTicker ticker(progress, header.points);
+  for (std::uint64_t i = 0; i < header.points; i += per_block) {
+    const auto here =
+        static_cast<std::size_t>(std::min<std::uint64_t>(per_block, header.points - i));
+    for (Column& column : columns) {
+      column.read(here);
+    }
+    for (std::size_t k = 0; k < here; ++k) {
+      sink.add({columns[0].value(k), columns[1].value(k), columns[2].value(k)},
+               columns.size() > 3 ? static_cast<float>(columns[3].value(k)) : 0.0F);
+      ticker.at(i + k);
+    }
+  }
 }
 
 }  // namespace
 
-PointCloud read_pcd(const std::filesystem::path& path, const Progress& progress) {
+void read_pcd(const std::filesystem::path& path, PointSink& sink, const Progress& progress) {
   std::ifstream stream(path, std::ios::binary);
   const PcdHeader header = read_pcd_header(path, stream);
+  const Records records{header.layout, header.points};
   if (header.points == 0) {
     fail(path, "holds no point");
   }
   if (header.data == "ascii") {
-    return read_ascii_points(path, stream, header.layout, header.points, header.lines + 1,
-                             progress);
+    read_ascii_points(path, stream, records, header.lines + 1, sink, progress);
+  } else if (header.data == "binary") {
+    read_binary_points(path, stream, records, false, sink, progress);
+  } else if (header.data == "binary_compressed") {
+    read_compressed(path, stream, header, sink, progress);
+  } else {
+    fail(path,
+         "PCD header: DATA '" + header.data + "' is none of ascii, binary, binary_compressed");
   }
-  if (header.data == "binary") {
-    return read_binary_points(path, stream, header.layout, header.points, false, progress);
-  }
-  if (header.data == "binary_compressed") {
-    return read_compressed(path, stream, header, progress);
-  }
-  fail(path, "PCD header: DATA '" + header.data + "' is none of ascii, binary, binary_compressed");
 }
 
 }  // namespace topoloc::mapping

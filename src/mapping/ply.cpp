@@ -87,7 +87,7 @@ PlyHeader read_ply_header(const std::filesystem::path& path, std::istream& strea
 
 }  // namespace
 
-PointCloud read_ply(const std::filesystem::path& path, const Progress& progress) {
+void read_ply(const std::filesystem::path& path, PointSink& sink, const Progress& progress) {
   std::ifstream stream(path, std::ios::binary);
   const PlyHeader header = read_ply_header(path, stream);
   const bool ascii = header.format == "ascii";
@@ -118,10 +118,12 @@ PointCloud read_ply(const std::filesystem::path& path, const Progress& progress)
       fail(path, "holds no point");
     }
     if (ascii) {
-      return read_ascii_points(path, stream, element.layout, element.count, line, progress);
+      read_ascii_points(path, stream, {element.layout, element.count}, line, sink, progress);
+    } else {
+      read_binary_points(path, stream, {element.layout, element.count},
+                         header.format == "binary_big_endian", sink, progress);
     }
-    return read_binary_points(path, stream, element.layout, element.count,
-                              header.format == "binary_big_endian", progress);
+    return;
   }
   fail(path, "PLY header: no element 'vertex'");
 }

@@ -10,50 +10,76 @@
 
 namespace topoloc::mapping {
 
+namespace {
+
+/// Keeps everything in memory.
+class CollectingSink : public PointSink {
+ public:
+  void expect(std::uint64_t points) override {
+    // A compressed file may announce far more than it holds: beyond this, the vectors grow.
+    constexpr std::uint64_t kMaxReserved = 100'000'000;
+    cloud_.positions_m.reserve(std::min(points, kMaxReserved));
+    cloud_.intensities.reserve(std::min(points, kMaxReserved));
+  }
+  PointCloud finish() {
+    static_cast<CloudInfo&>(cloud_) = std::move(info());
+    return std::move(cloud_);
+  }
+
+ protected:
+  void take(const Eigen::Vector3f& position_m, float intensity) override {
+    cloud_.positions_m.push_back(position_m);
+    cloud_.intensities.push_back(intensity);
+  }
+
+ private:
+  PointCloud cloud_;
+};
+
+}  // namespace
+
 void PointSink::add(const Eigen::Vector3d& p_world_m, float intensity) {
   if (!p_world_m.allFinite()) {
-    ++cloud_.rejected_not_finite;
+    ++info_.rejected_not_finite;
     return;
   }
-  if (cloud_.positions_m.empty()) {
+  if (taken_ == 0) {
     // Rounding a number that large changes nothing, but keeps the arithmetic finite below.
-    cloud_.origin_m = p_world_m.array().round();
+    info_.origin_m = p_world_m.array().round();
   }
-  const Eigen::Vector3d offset_m = p_world_m - cloud_.origin_m;
+  const Eigen::Vector3d offset_m = p_world_m - info_.origin_m;
   if (offset_m.lpNorm<Eigen::Infinity>() > kMaxExtent_m) {
-    ++cloud_.rejected_too_far;
+    ++info_.rejected_too_far;
     return;
   }
-  cloud_.positions_m.emplace_back(offset_m.cast<float>());
-  cloud_.intensities.push_back(std::isfinite(intensity) ? intensity : 0.0F);
+  ++taken_;
+  take(offset_m.cast<float>(), std::isfinite(intensity) ? intensity : 0.0F);
 }
 
-PointCloud load_point_cloud(const std::filesystem::path& path, const Progress& progress) {
+void read_points(const std::filesystem::path& path, PointSink& sink, const Progress& progress) {
   if (!std::filesystem::is_regular_file(path)) {
     fail(path, "no such point cloud file");
   }
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  PointCloud cloud;
   if (extension == ".pcd") {
-    cloud = read_pcd(path, progress);
+    read_pcd(path, sink, progress);
   } else if (extension == ".ply") {
-    cloud = read_ply(path, progress);
+    read_ply(path, sink, progress);
   } else if (extension == ".las" || extension == ".laz") {
-    cloud = read_las(path, progress);
+    read_las(path, sink, progress);
   } else {
     fail(path, "unknown point cloud format '" + extension + "' (known: .pcd .ply .las .laz)");
   }
-  const std::uint64_t rejected =
-      cloud.rejected_not_finite + cloud.rejected_too_far + cloud.rejected_noise;
-  const std::string reasons = std::to_string(cloud.rejected_not_finite) + " not finite, " +
-                              std::to_string(cloud.rejected_too_far) + " too far off, " +
-                              std::to_string(cloud.rejected_noise) + " noise";
-  if (cloud.size() == 0) {
-    fail(path, rejected == 0 ? "holds no point" : "holds no usable point (" + reasons + ")");
+  const CloudInfo& info = sink.info();
+  const std::string reasons = std::to_string(info.rejected_not_finite) + " not finite, " +
+                              std::to_string(info.rejected_too_far) + " too far off, " +
+                              std::to_string(info.rejected_noise) + " noise";
+  if (sink.taken() == 0) {
+    fail(path, info.rejected() == 0 ? "holds no point" : "holds no usable point (" + reasons + ")");
   }
-  if (cloud.rejected_too_far > cloud.size()) {
+  if (info.rejected_too_far > sink.taken()) {
     // The origin is the first point: if most points are far from it, the first one is the stray.
     fail(path, "most points lie more than 100 km from the first one (" + reasons +
                    "): remove the stray points first");
@@ -61,7 +87,12 @@ PointCloud load_point_cloud(const std::filesystem::path& path, const Progress& p
   if (progress) {
     progress(1.0);
   }
-  return cloud;
+}
+
+PointCloud load_point_cloud(const std::filesystem::path& path, const Progress& progress) {
+  CollectingSink sink;
+  read_points(path, sink, progress);
+  return sink.finish();
 }
 
 }  // namespace topoloc::mapping

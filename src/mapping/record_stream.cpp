@@ -65,15 +65,17 @@ std::uint64_t bytes_left(std::istream& stream) {
   return static_cast<std::uint64_t>(end - here);
 }
 
-PointCloud read_ascii_points(const std::filesystem::path& path, std::istream& stream,
-                             const RecordLayout& layout, std::uint64_t count,
-                             std::uint64_t first_line, const Progress& progress) {
+void read_ascii_points(const std::filesystem::path& path, std::istream& stream,
+                       const Records& records, std::uint64_t first_line, PointSink& sink,
+                       const Progress& progress) {
+  const auto& [layout, count] = records;
   const PointFields fields = require_point_fields(path, layout);
   // A row takes at least a digit and a separator for each column.
   if (count > bytes_left(stream) / layout.column_count()) {
     fail(path, "announces " + std::to_string(count) + " points, more than the file can hold");
   }
-  PointSink sink(fields.intensity.has_value(), count);
+  sink.info().has_intensity = fields.intensity.has_value();
+  sink.expect(count);
   const ProgressTicker ticker(progress, count);
   std::string line;
   std::vector<double> row(layout.column_count());
@@ -97,29 +99,31 @@ PointCloud read_ascii_points(const std::filesystem::path& path, std::istream& st
              fields.intensity ? static_cast<float>(row[fields.intensity->column]) : 0.0F);
     ticker.at(i);
   }
-  return std::move(sink.cloud());
 }
 
-PointCloud read_binary_points(const std::filesystem::path& path, std::istream& stream,
-                              const RecordLayout& layout, std::uint64_t count, bool swap_bytes,
-                              const Progress& progress) {
+void read_binary_points(const std::filesystem::path& path, std::istream& stream,
+                        const Records& records, bool swap_bytes, PointSink& sink,
+                        const Progress& progress) {
+  const auto& [layout, count] = records;
   const PointFields fields = require_point_fields(path, layout);
   const std::uint64_t available = bytes_left(stream) / layout.record_size();
   if (count > available) {
     fail(path, "announces " + std::to_string(count) + " points but holds " +
                    std::to_string(available) + ": truncated?");
   }
-  PointSink sink(fields.intensity.has_value(), count);
+  sink.info().has_intensity = fields.intensity.has_value();
+  sink.expect(count);
   const ProgressTicker ticker(progress, count);
-  constexpr std::uint64_t kRecordsPerBlock = 16384;
-  std::vector<std::byte> block(kRecordsPerBlock * layout.record_size());
-  for (std::uint64_t i = 0; i < count; i += kRecordsPerBlock) {
-    const std::uint64_t records = std::min(kRecordsPerBlock, count - i);
+  constexpr std::uint64_t kBlockBytes = 1 << 20;
+  const std::uint64_t per_block = std::max<std::uint64_t>(1, kBlockBytes / layout.record_size());
+  std::vector<std::byte> block(per_block * layout.record_size());
+  for (std::uint64_t i = 0; i < count; i += per_block) {
+    const std::uint64_t here = std::min(per_block, count - i);
     if (!stream.read(reinterpret_cast<char*>(block.data()),
-                     static_cast<std::streamsize>(records * layout.record_size()))) {
+                     static_cast<std::streamsize>(here * layout.record_size()))) {
       fail(path, "cannot be read past point " + std::to_string(i));
     }
-    for (std::uint64_t k = 0; k < records; ++k) {
+    for (std::uint64_t k = 0; k < here; ++k) {
       const std::byte* record = block.data() + k * layout.record_size();
       const auto value = [&](const Field& field) {
         return load_scalar(field.type, record + field.offset, swap_bytes);
@@ -129,7 +133,6 @@ PointCloud read_binary_points(const std::filesystem::path& path, std::istream& s
       ticker.at(i + k);
     }
   }
-  return std::move(sink.cloud());
 }
 
 }  // namespace topoloc::mapping

@@ -24,14 +24,20 @@ std::uint64_t parse_count(const std::filesystem::path& path, const std::string& 
 /// Bytes from the stream's position to the end of the file.
 std::uint64_t bytes_left(std::istream& stream);
 
-/// `count` text rows of numbers; `first_line` is the line number of the row to come.
-PointCloud read_ascii_points(const std::filesystem::path& path, std::istream& stream,
-                             const RecordLayout& layout, std::uint64_t count,
-                             std::uint64_t first_line, const Progress& progress);
+/// `count` points of one layout.
+struct Records {
+  const RecordLayout& layout;
+  std::uint64_t count;
+};
 
-/// `count` packed records.
-PointCloud read_binary_points(const std::filesystem::path& path, std::istream& stream,
-                              const RecordLayout& layout, std::uint64_t count, bool swap_bytes,
-                              const Progress& progress);
+/// Text rows of numbers; `first_line` is the line number of the row to come.
+void read_ascii_points(const std::filesystem::path& path, std::istream& stream,
+                       const Records& records, std::uint64_t first_line, PointSink& sink,
+                       const Progress& progress);
+
+/// Packed records.
+void read_binary_points(const std::filesystem::path& path, std::istream& stream,
+                        const Records& records, bool swap_bytes, PointSink& sink,
+                        const Progress& progress);
 
 }  // namespace topoloc::mapping

@@ -2,11 +2,10 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/mapping/render.hpp"
 
+#include "mapping/occlusion.hpp"
+
 #include <algorithm>
-#include <array>
-#include <bit>
-#include <cmath>
-#include <numbers>
+#include <cstddef>
 
 namespace topoloc::mapping {
 namespace {
@@ -14,7 +13,7 @@ namespace {
 /// Keeps the nearest point of every pixel (of equally near ones the first in the cloud).
 void splat_nearest(const CloudGrid& grid, const RigidTransform& T_world_cam,
                    const RenderConfig& config, RenderedView& view) {
-  const PointCloud& cloud = grid.cloud();
+  const SortedCloud& cloud = grid.cloud();
   const PinholeCamera& camera = view.camera;
   const Eigen::Matrix3d R_cam_world = T_world_cam.R.transpose();
   const Eigen::Vector3d t_cam = R_cam_world * (cloud.origin_m - T_world_cam.p);
@@ -28,8 +27,9 @@ void splat_nearest(const CloudGrid& grid, const RigidTransform& T_world_cam,
       if (!camera.contains(pixel_px, -0.499)) {
         continue;
       }
-      const std::size_t at = view.index(static_cast<int>(std::floor(pixel_px.x() + 0.5)),
-                                        static_cast<int>(std::floor(pixel_px.y() + 0.5)));
+      // Not negative within the image, so that cutting off is rounding down, and faster.
+      const std::size_t at =
+          view.index(static_cast<int>(pixel_px.x() + 0.5), static_cast<int>(pixel_px.y() + 0.5));
       const auto depth_m = static_cast<float>(q_cam.z());
       if (view.point[at] == RenderedView::kHole || depth_m < view.depth_m[at]) {
         view.depth_m[at] = depth_m;
@@ -39,94 +39,6 @@ void splat_nearest(const CloudGrid& grid, const RigidTransform& T_world_cam,
       }
     }
   }
-}
-
-/// Pixel offsets of a disc with the sector (of eight, 45 degrees each) that they lie in.
-struct DiscOffset {
-  int du, dv;
-  int squared_px;
-  std::uint8_t sector_bit;
-};
-
-std::vector<DiscOffset> disc(double radius_px) {
-  std::vector<DiscOffset> offsets;
-  const int reach = static_cast<int>(radius_px);
-  for (int dv = -reach; dv <= reach; ++dv) {
-    for (int du = -reach; du <= reach; ++du) {
-      const int squared_px = du * du + dv * dv;
-      if (squared_px == 0 || squared_px > radius_px * radius_px) {
-        continue;
-      }
-      // Sectors are centred on the axes and diagonals.
-      const double eighths = std::atan2(dv, du) * 4.0 / std::numbers::pi;
-      const int sector = (static_cast<int>(std::lround(eighths)) + 8) % 8;
-      offsets.push_back({du, dv, squared_px, static_cast<std::uint8_t>(1U << sector)});
-    }
-  }
-  return offsets;
-}
-
-/// Longest run of clear bits on the circle of eight.
-int largest_gap(std::uint8_t blocked) {
-  if (blocked == 0) {
-    return 8;
-  }
-  int largest = 0;
-  for (int turn = 0; turn < 8; ++turn) {
-    largest = std::max(largest, std::countr_zero(std::rotr(blocked, turn)));
-  }
-  return largest;
-}
-
-/// Pixels whose point is hidden: nearer points surround it. A plain larger splat would also hide
-/// the ground behind the ground (its depth changes by 10 % within a few pixels) and whatever
-/// stands beside an edge; nearer points on one side only hide nothing.
-/// The idea of judging points by the free angle around them: R. Pintus, E. Gobbetti, M. Agus,
-/// "Real-time rendering of massive unstructured raw point clouds using screen-space operators",
-/// 2011.
-std::vector<std::size_t> hidden_pixels(const RenderedView& view, const RenderConfig& config) {
-  constexpr int kLargestGapOfHidden = 2;  // sectors: a right angle
-  const PinholeCamera& camera = view.camera;
-  const std::vector<DiscOffset> offsets = disc(config.max_footprint_px);
-  // What each point covers, squared [px^2]; 0 in holes.
-  std::vector<float> covers_px2(view.depth_m.size(), 0.0F);
-  for (std::size_t i = 0; i < covers_px2.size(); ++i) {
-    if (view.point[i] != RenderedView::kHole) {
-      const double radius_px =
-          std::clamp(camera.fx_px * config.footprint_m / static_cast<double>(view.depth_m[i]),
-                     config.min_footprint_px, config.max_footprint_px);
-      covers_px2[i] = static_cast<float>(radius_px * radius_px);
-    }
-  }
-  std::vector<std::size_t> hidden;
-  for (int v = 0; v < camera.height_px; ++v) {
-    for (int u = 0; u < camera.width_px; ++u) {
-      if (view.is_hole(u, v)) {
-        continue;
-      }
-      const std::size_t here = view.index(u, v);
-      const double depth_m = view.depth_m[here];
-      const auto nearer_than_m =
-          static_cast<float>(depth_m - config.depth_margin_m - config.depth_margin * depth_m);
-      std::uint8_t blocked = 0;
-      for (const DiscOffset& offset : offsets) {
-        const int nu = u + offset.du;
-        const int nv = v + offset.dv;
-        if (nu < 0 || nv < 0 || nu >= camera.width_px || nv >= camera.height_px) {
-          continue;
-        }
-        const std::size_t there = view.index(nu, nv);
-        if (static_cast<float>(offset.squared_px) <= covers_px2[there] &&
-            view.depth_m[there] < nearer_than_m) {
-          blocked |= offset.sector_bit;
-        }
-      }
-      if (largest_gap(blocked) <= kLargestGapOfHidden) {
-        hidden.push_back(here);
-      }
-    }
-  }
-  return hidden;
 }
 
 }  // namespace

@@ -40,6 +40,9 @@ struct BuildConfig {
   int min_features = 50;
   int min_lifted = 40;  ///< fewer 3D points do not carry a pose
   int threads = 0;      ///< workers; 0: one per core. Does not change the map
+  /// Memory for reading, sorting and using the cloud; what does not fit goes to a nameless scratch
+  /// file in the map's folder (CloudStorage). Does not change the map.
+  std::uint64_t cloud_memory_bytes = std::uint64_t{1024} << 20U;
   std::string creator;  ///< program and version, goes into the map
 };
 
@@ -75,8 +78,10 @@ struct BuildReport {
   std::uint64_t map_bytes = 0;
   std::uint64_t cloud_points = 0;
   std::uint64_t cloud_points_rejected = 0;
-  double cloud_seconds = 0.0;  ///< loading and sorting
-  double nodes_seconds = 0.0;  ///< wall clock of all nodes
+  double cloud_spacing_m = 0.0;  ///< median distance of neighbouring points
+  bool cloud_on_disk = false;    ///< it did not fit into cloud_memory_bytes
+  double cloud_seconds = 0.0;    ///< loading and sorting
+  double nodes_seconds = 0.0;    ///< wall clock of all nodes
 };
 
 /// Called from worker threads, one at a time.

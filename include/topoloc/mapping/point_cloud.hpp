@@ -21,18 +21,28 @@ using Progress = std::function<void(double fraction)>;
 /// them to a centimetre, and in practice they are garbage.
 inline constexpr double kMaxExtent_m = 100'000.0;
 
-/// A LiDAR map. 16 bytes per point: float32 positions around a double origin.
-struct PointCloud {
-  /// World position of the zero of `positions_m`: the first point, rounded to whole metres.
+/// What is known of a cloud besides its points.
+struct CloudInfo {
+  /// World position of the zero of the points' coordinates: the first point, rounded to whole
+  /// metres.
   Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();
-  std::vector<Eigen::Vector3f> positions_m;  ///< relative to origin_m, axes of the world
-  std::vector<float> intensities;  ///< in the file's own units; all 0 if the file has none
   bool has_intensity = false;
   std::string crs;  ///< coordinate reference system (OGC WKT, or "EPSG:n"); empty if not stated
 
   std::uint64_t rejected_not_finite = 0;  ///< NaN or infinite coordinates
   std::uint64_t rejected_too_far = 0;     ///< beyond kMaxExtent_m
   std::uint64_t rejected_noise = 0;       ///< LAS: withheld, or classified as noise (7, 18)
+
+  [[nodiscard]] std::uint64_t rejected() const {
+    return rejected_not_finite + rejected_too_far + rejected_noise;
+  }
+};
+
+/// A LiDAR map in memory, in the order of its file. 16 bytes per point: float32 positions around a
+/// double origin.
+struct PointCloud : CloudInfo {
+  std::vector<Eigen::Vector3f> positions_m;  ///< relative to origin_m, axes of the world
+  std::vector<float> intensities;  ///< in the file's own units; all 0 if the file has none
 
   [[nodiscard]] std::size_t size() const { return positions_m.size(); }
   /// World position [m] of a point.
@@ -41,8 +51,9 @@ struct PointCloud {
   }
 };
 
-/// Reads a point cloud, format by file name extension: .pcd (ascii, binary, binary_compressed),
-/// .ply (ascii, binary of either byte order), .las and .laz.
+/// Reads a whole point cloud into memory (CloudGrid::load needs no more than it is given), format
+/// by file name extension: .pcd (ascii, binary, binary_compressed), .ply (ascii, binary of either
+/// byte order), .las and .laz.
 ///
 /// Needs coordinates x, y, z; takes the intensity where there is one (`intensity`,
 /// `scalar_Intensity` or `reflectance`, upper or lower case, in PCD and PLY).

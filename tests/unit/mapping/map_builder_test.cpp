@@ -123,6 +123,20 @@ TEST_F(MapBuilderTest, NumberOfThreadsDoesNotChangeAByte) {
   EXPECT_TRUE(testing::bytes_of(drive_.paths.out) == other);
 }
 
+TEST_F(MapBuilderTest, MemoryForTheCloudDoesNotChangeAByte) {
+  const BuildReport report = build_map(drive_.paths, config_);
+  EXPECT_FALSE(report.cloud_on_disk);
+  EXPECT_NEAR(report.cloud_spacing_m, 0.07, 1e-3);
+  config_.cloud_memory_bytes = 500'000;
+  BuildPaths paths = drive_.paths;
+  paths.out += ".small";
+  EXPECT_TRUE(build_map(paths, config_).cloud_on_disk);
+  EXPECT_TRUE(testing::bytes_of(drive_.paths.out) == testing::bytes_of(paths.out));
+  for (const auto& entry : std::filesystem::directory_iterator(paths.out.parent_path())) {
+    EXPECT_FALSE(entry.path().filename().string().starts_with(".")) << entry.path();
+  }
+}
+
 TEST_F(MapBuilderTest, GoesOnAfterAnInterruptionToTheSameFile) {
   interrupt(config_);
   std::vector<double> fractions;

@@ -9,6 +9,8 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <span>
+#include <sstream>
 #include <string>
 #include <unistd.h>
 
@@ -101,25 +103,91 @@ TEST_F(PointCloudFile, ReadsCompressedPcd) {
               HasSubstr("does not fit POINTS"));
 }
 
-TEST(Lzf, ExpandsOverlappingBackReferences) {
+TEST_F(PointCloudFile, ReadsCompressedPcdOfManyBlocksAsItReadsBinary) {
+  constexpr int kPoints = 100'000;
+  std::string records;
+  std::array<std::string, 5> fields;
+  for (int i = 0; i < kPoints; ++i) {
+    const auto f = static_cast<float>(i);
+    const std::array<std::string, 5> point{raw(f), raw(-0.5F * f), raw(3.0F),
+                                           raw(static_cast<std::uint16_t>(i)), raw(0.25F * f)};
+    for (std::size_t k = 0; k < point.size(); ++k) {
+      records += point[k];
+      fields[k] += point[k];
+    }
+  }
+  std::string columns;
+  for (const std::string& field : fields) {
+    columns += field;
+  }
+  std::string lzf;  // literal runs only
+  for (std::size_t at = 0; at < columns.size(); at += 32) {
+    const std::string run = columns.substr(at, 32);
+    lzf += static_cast<char>(run.size() - 1) + run;
+  }
+  const std::string points = std::to_string(kPoints);
+  const PointCloud binary =
+      load_point_cloud(write("a.pcd", pcd_header(points, "binary") + records));
+  const PointCloud compressed =
+      load_point_cloud(write("b.pcd", pcd_header(points, "binary_compressed") +
+                                          raw(static_cast<std::uint32_t>(lzf.size())) +
+                                          raw(static_cast<std::uint32_t>(columns.size())) + lzf));
+  EXPECT_TRUE(compressed.positions_m == binary.positions_m);
+  EXPECT_TRUE(compressed.intensities == binary.intensities);
+  EXPECT_EQ(compressed.size(), static_cast<std::size_t>(kPoints));
+}
+
+/// Decompresses in pieces of `piece` bytes; false if the block does not give exactly out.size().
+bool lzf_decompress(const std::string& in, std::string& out, std::size_t piece) {
+  std::istringstream stream(in);
+  LzfReader reader(stream, in.size());
+  const auto bytes = std::as_writable_bytes(std::span(out));
+  for (std::size_t at = 0; at < out.size(); at += piece) {
+    if (!reader.read(bytes.subspan(at, std::min(piece, out.size() - at)))) {
+      return false;
+    }
+  }
+  return reader.at_end();
+}
+
+TEST(Lzf, ExpandsOverlappingBackReferencesInPiecesOfAnySize) {
   // "abc", then 9 bytes from 3 back (length code 7, plus one more length byte).
-  const std::array<unsigned char, 7> in{2, 'a', 'b', 'c', 0xE0, 0, 2};
-  std::string out(12, '?');
-  ASSERT_TRUE(lzf_decompress(std::as_bytes(std::span(in)), std::as_writable_bytes(std::span(out))));
-  EXPECT_EQ(out, "abcabcabcabc");
+  const std::string in{"\2abc\xE0\0\2", 7};
+  for (const std::size_t piece : {1U, 5U, 12U}) {
+    std::string out(12, '?');
+    ASSERT_TRUE(lzf_decompress(in, out, piece));
+    EXPECT_EQ(out, "abcabcabcabc");
+  }
+}
+
+TEST(Lzf, ReachesTheFarthestBackReference) {
+  // 8192 literal bytes in 256 runs of 32, then 3 bytes from 8192 back.
+  std::string in;
+  std::string expected;
+  for (int i = 0; i < 256; ++i) {
+    const std::string run = std::string(31, static_cast<char>(i)) + "!";
+    in += char(31) + run;
+    expected += run;
+  }
+  expected[0] = 'x';
+  in[1] = 'x';
+  in += std::string{"\x3F\xFF", 2};
+  expected += expected.substr(0, 3);
+  std::string out(8195, '?');
+  ASSERT_TRUE(lzf_decompress(in, out, 1000));
+  EXPECT_TRUE(out == expected);
 }
 
 TEST(Lzf, RefusesWhatLeavesTheBuffers) {
-  std::string out(8, '?');
-  const auto room = std::as_writable_bytes(std::span(out));
-  const std::array<unsigned char, 3> reference_before_start{0x20, 0, 0};
-  EXPECT_FALSE(lzf_decompress(std::as_bytes(std::span(reference_before_start)), room));
-  const std::array<unsigned char, 2> literal_cut_short{5, 'a'};
-  EXPECT_FALSE(lzf_decompress(std::as_bytes(std::span(literal_cut_short)), room));
-  const std::array<unsigned char, 5> output_too_long{0, 'a', 0xE0, 200, 0};
-  EXPECT_FALSE(lzf_decompress(std::as_bytes(std::span(output_too_long)), room));
-  const std::array<unsigned char, 2> output_too_short{0, 'a'};
-  EXPECT_FALSE(lzf_decompress(std::as_bytes(std::span(output_too_short)), room));
+  const auto refused = [](const std::string& in) {
+    std::string out(8, '?');
+    return !lzf_decompress(in, out, 8);
+  };
+  EXPECT_TRUE(refused(std::string{"\x20\0\0", 3}));       // back reference before the start
+  EXPECT_TRUE(refused("\5a"));                            // literals cut short
+  EXPECT_TRUE(refused(std::string{"\0a\xE0\xC8\0", 5}));  // more than the output takes
+  EXPECT_TRUE(refused(std::string{"\0a", 2}));            // less than the output takes
+  EXPECT_TRUE(refused(""));
 }
 
 TEST_F(PointCloudFile, ReadsAsciiPlyWithOtherElementsAround) {

@@ -7,6 +7,7 @@
 #include "unit/mapping/synthetic_cloud.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <random>
 #include <set>
 
@@ -126,6 +127,8 @@ TEST(CloudGrid, SeesNothingFromElsewhere) {
   const CloudGrid grid(std::move(cloud));
   RigidTransform T_world_cam;
   T_world_cam.p.x() = 1e9;
+  EXPECT_TRUE(grid.cells_in_view(kCamera, T_world_cam, 80.0).empty());
+  T_world_cam.p = {0.0, std::numeric_limits<double>::quiet_NaN(), 0.0};
   EXPECT_TRUE(grid.cells_in_view(kCamera, T_world_cam, 80.0).empty());
   T_world_cam = {so3::exp({0.0, 3.1, 0.0}), {0.0, 0.0, -30.0}};
   EXPECT_TRUE(grid.cells_in_view(kCamera, T_world_cam, 80.0).empty());
