@@ -8,6 +8,7 @@
 #include "topoloc/mapping/point_cloud.hpp"
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,6 +26,8 @@ struct RefinedPose {
   /// p_true = p + R t.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   std::optional<std::string> rejected;  ///< why no node may be made of it
+  /// What the verdict rests on, by name with unit ("std_m", "track_residual_px"): goes into the map.
+  std::map<std::string, double> figures;
 };
 
 /// Finds the poses of a drive's frames in a cloud.
