@@ -96,6 +96,21 @@ struct GravityResidual {
   }
 };
 
+struct GroundResidual {
+  RigidTransform start;
+  Ground ground;
+  double std_m;
+
+  template <typename T>
+  bool operator()(const T* motion, const T* height, T* residual) const {
+    const Eigen::Matrix<T, 3, 1> p = pose_of(start, motion).p;
+    const Eigen::Matrix<T, 2, 1> way = p.template head<2>() - ground.place.cast<T>();
+    const T road = T(ground.height_m) + ground.slope.cast<T>().dot(way);
+    residual[0] = (p.z() - road - *height) / T(std_m);
+    return true;
+  }
+};
+
 struct RateErrorResidual {
   double std_radps;
 
@@ -157,6 +172,23 @@ bool is_sound(const TrackResidual& residual) {
   return residual(still.data(), still.data(), r.data()) && r.norm() < kFarOff;
 }
 
+/// Median height above ground of the keyframes that know their ground.
+double median_height(const std::vector<GroundFactor>& factors,
+                     const std::vector<RigidTransform>& poses) {
+  std::vector<double> heights;
+  for (const GroundFactor& factor : factors) {
+    if (factor.keyframe < poses.size()) {
+      heights.push_back(poses[factor.keyframe].p.z() - factor.ground.height_m);
+    }
+  }
+  if (heights.empty()) {
+    return 0.0;
+  }
+  const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);
+  std::nth_element(heights.begin(), middle, heights.end());
+  return *middle;
+}
+
 /// The graph as Ceres sees it.
 class Problem {
  public:
@@ -186,6 +218,16 @@ class Problem {
             nullptr, motions_[factor.keyframe].data());
       }
     }
+    for (const GroundFactor& factor : graph.ground) {
+      if (moves(factor.keyframe, factor.keyframe)) {
+        problem_.AddResidualBlock(
+            new ceres::AutoDiffCostFunction<GroundResidual, 1, 6, 1>(
+                new GroundResidual{poses[factor.keyframe], factor.ground, factor.std_m}),
+            new ceres::CauchyLoss(config.ground_loss), motions_[factor.keyframe].data(),
+            &height_m_);
+      }
+    }
+    height_m_ = median_height(graph.ground, poses);
     for (const PriorFactor& factor : graph.priors) {
       const Matrix6 whitening = factor.std.cwiseInverse().asDiagonal();
       add_absolute(factor.keyframe, factor.T_world_imu, whitening, config.prior_loss);
@@ -276,6 +318,7 @@ class Problem {
   std::vector<RigidTransform> poses_;
   std::vector<Motion> motions_;
   std::array<double, 3> rate_error_{};
+  double height_m_ = 0.0;  // of the vehicle above the road
   ceres::Problem problem_;
 };
 

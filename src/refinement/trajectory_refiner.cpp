@@ -129,15 +129,13 @@ class Run {
         graph_.odometry.push_back(
             {i - 1, i, T, seconds, motion_std(T, seconds, config_.odometry)});
       }
-      const double sharing =
-          std::sqrt(std::max(1.0, config_.error_correlation_m / config_.keyframe_m));
       graph_.gravity.push_back({i, keyframes_[i].T_odometry.R.row(2).transpose(),
-                                sharing / std::sqrt(3.0) * config_.gravity_std_rad});
+                                sharing() * config_.gravity_std_rad});
       if (knowledge_.trajectory) {
         const RigidTransform prior = *evaluation::pose_at(*knowledge_.trajectory,
                                                           keyframes_[i].time_ns, kMaxPoseGap_ns);
         poses_[i] = prior;
-        graph_.priors.push_back({i, prior, sharing * std});
+        graph_.priors.push_back({i, prior, sharing() * std});
       }
     }
     if (knowledge_.trajectory) {
@@ -181,6 +179,20 @@ class Run {
                                      look.T_world_cam, shrink, config_.correlation);
       lap(3);}
     });for(int n=0;n<4;++n)times_[std::string("cpu")+std::to_string(n)]+=tt[n];
+  }
+
+  /// The road below keyframes [begin, end).
+  void find_ground(std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      if (const auto ground = ground_below(grid_, poses_[k].p)) {
+        graph_.ground.push_back({k, *ground, 0.5 * sharing() * config_.ground_std_m});
+      }
+    }
+  }
+
+  /// Neighbouring keyframes share what errors they have: together they count as one.
+  [[nodiscard]] double sharing() const {
+    return std::sqrt(std::max(1.0, config_.error_correlation_m / config_.keyframe_m));
   }
 
   /// Tracks into keyframes [begin, end) from earlier ones.
@@ -258,7 +270,7 @@ class Run {
         poses_[k] = poses_[k - 1] * step(k);
       }
 stat("other");      look(begin, end, 2);stat("look");
-      follow(begin, end);stat("follow");
+      follow(begin, end);find_ground(begin, end);stat("follow");
       const std::size_t moving = begin > 3 * window ? begin - 3 * window : 0;
       solve_until(moving, end);
 stat("solve1");      register_until(end, 1.0);stat("register");
@@ -281,13 +293,14 @@ stat("solve1");      register_until(end, 1.0);stat("register");
     looks_.assign(keyframes_.size(), {});
     forgotten_ = 0;
     graph_.tracks.clear();
+    graph_.ground.clear();
     graph_.registrations.clear();
     const std::size_t batch = config_.window.stride * config_.window.view_every;
     const std::size_t window = config_.window.views * config_.window.view_every;
     for (std::size_t begin = 0; begin < keyframes_.size(); begin += batch) {
       const std::size_t end = std::min(keyframes_.size(), begin + batch);
 stat("other");      look(begin, end, 1);stat("look");
-      follow(begin, end);stat("follow");
+      follow(begin, end);find_ground(begin, end);stat("follow");
       register_until(end, config_.window.fine_share);stat("register");
       forget_before(end > window ? end - window : 0);
       report(static_cast<double>(end) / static_cast<double>(keyframes_.size()));
@@ -300,7 +313,7 @@ stat("other");      look(begin, end, 1);stat("look");
         covariances(graph_, T_imu_cam_, camera_, config_.solver, poses_);
     std::vector<mapping::RefinedPose> result;
     for (std::size_t k = 0; k < keyframes_.size(); ++k) {
-      result.push_back({keyframes_[k].frame, keyframes_[k].time_ns, poses_[k], P[k], {}});
+      result.push_back({keyframes_[k].frame, keyframes_[k].time_ns, poses_[k], P[k], {}, {}});
     }
     return result;
   }

@@ -4,8 +4,9 @@
 
 #include "topoloc/geometry/camera.hpp"
 #include "topoloc/geometry/rigid_transform.hpp"
-#include "topoloc/refinement/surface_track.hpp"
+#include "topoloc/refinement/ground.hpp"
 #include "topoloc/refinement/registration.hpp"
+#include "topoloc/refinement/surface_track.hpp"
 
 #include <cstddef>
 #include <vector>
@@ -28,6 +29,13 @@ struct GravityFactor {
   double std_rad;
 };
 
+/// The road below a keyframe: a vehicle keeps its height above it, the same all along the drive.
+struct GroundFactor {
+  std::size_t keyframe;
+  Ground ground;
+  double std_m;
+};
+
 /// A pose as the trajectory given has it; deviations (theta, t) in its own axes.
 struct PriorFactor {
   std::size_t keyframe;
@@ -46,6 +54,7 @@ struct PoseGraph {
   std::vector<OdometryFactor> odometry;
   double rate_error_std_radps = 0.005;  ///< per axis, constant over the drive: gyro bias
   std::vector<GravityFactor> gravity;
+  std::vector<GroundFactor> ground;
   std::vector<PriorFactor> priors;
   std::vector<TrackFactor> tracks;
   std::vector<Registration> registrations;
@@ -55,9 +64,10 @@ struct SolverConfig {
   int max_iterations = 25;
   /// Tracks between two keyframes share errors (timing, surfaces): together they weigh no more than
   /// so many independent ones.
-  double tracks_per_pair = 5.0;
+  double tracks_per_pair = 1.0;
   double track_loss = 2.0;         ///< Cauchy scale of a track's residual, in deviations
   double registration_loss = 3.0;  ///< the same of a registration
+  double ground_loss = 2.0;        ///< the same of the height above ground
   double prior_loss = 3.0;         ///< the same of a prior
 };
 
