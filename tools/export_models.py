@@ -61,13 +61,13 @@ def wanted_files(arguments: argparse.Namespace) -> Iterator[Wanted]:
 
 
 def export_key(source: Source) -> str:
-    """Hash over what decides the file: the export's own sources, the wheels and the exporter."""
+    """Hash over what decides a file of this name: the graphs, the wheels and the exporter."""
     digest = hashlib.sha256()
     package = ROOT / "tools/model_export"
     graphs = set(package.glob("*_graph.py"))
     # A matcher is checked with its extractor, but holds nothing of it.
     common = sorted(set(package.glob("*.py")) - graphs)
-    for path in [Path(__file__), *common, package / f"{source.graph}.py"]:
+    for path in [*common, package / f"{source.graph}.py"]:
         digest.update(path.read_bytes())
     for name in (source.wheel, *source.packages, "torch", "onnx"):
         digest.update(f"{name}={importlib.metadata.version(name)}".encode())
