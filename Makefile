@@ -13,7 +13,7 @@ help: ## Show this list
 setup: ## Install packages, Python environment, third-party libraries and models
 	@tools/setup
 
-models: setup ## Export the other feature models too (docs/models.md): ALIKED and DISK, 20 minutes
+models: setup ## Export ALIKED and DISK too, 7 minutes (docs/models.md)
 	@.venv/bin/python tools/export_models.py --models aliked-n16 disk
 
 build: setup ## Build everything (PRESET=release, debug, asan or tsan)

@@ -15,7 +15,10 @@ from .peaks import vertices
 
 STRIDE_PX = 16  # of the coarsest level
 NMS_WINDOW_PX = 5
-TYPICAL_HEAT = 100.0  # of the best keypoints of a street image
+# Of a keypoint. The weakest of the best 512 of a street image has 50; without a threshold, as the
+# wheel has it, the noise of an image that shows nothing is keypoints too.
+DETECTION_THRESHOLD = 10.0
+TYPICAL_HEAT = 100.0
 
 
 class DiskGraph(nn.Module):
@@ -44,10 +47,11 @@ class DiskGraph(nn.Module):
         heat, features = self.net.heatmap_and_dense_descriptors(torch.cat([grey, grey, grey], 1))
         local_max = F.max_pool2d(heat, NMS_WINDOW_PX, stride=1, padding=NMS_WINDOW_PX // 2)
         # The mask acts after the suppression: its edges must not become maxima.
-        keep = ((heat == local_max) & (heat > 0.0)).to(heat.dtype) * mask
+        keep = ((heat == local_max) & (heat > DETECTION_THRESHOLD)).to(heat.dtype) * mask
         heat = heat.flatten()
-        best, index = torch.topk(heat * keep.flatten(), self.max_features, sorted=True)
-        best = best.clamp(min=0.0)
+        best, index = torch.topk(
+            heat.clamp(min=0.0) * keep.flatten(), self.max_features, sorted=True
+        )
         scores = best / (best + TYPICAL_HEAT)  # 0..1, as every extractor's
         keypoints = vertices(heat, index, self.width_px, self.height_px)
         descriptors = F.normalize(features[0].flatten(1)[:, index].T, dim=1)

