@@ -14,7 +14,7 @@ std::string size(const MatchingConfig& config) {
 
 std::filesystem::path existing(const MatchingConfig& config, const std::string& stem) {
   const auto dir = config.model_dir.empty() ? default_model_dir() : config.model_dir;
-  const auto path = dir / (stem + "_n" + std::to_string(config.max_features) + ".onnx");
+  std::filesystem::path path = dir / (stem + "_n" + std::to_string(config.max_features) + ".onnx");
   if (!std::filesystem::exists(path)) {
     throw std::runtime_error(
         path.string() + ": no such model file; `tools/export_models.py --models " +
