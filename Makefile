@@ -5,13 +5,16 @@
 PRESET ?= release
 
 .DEFAULT_GOAL := help
-.PHONY: help setup build test sanitize demo bench format lint
+.PHONY: help setup models build test sanitize demo bench format lint
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: ## Install packages, Python environment, third-party libraries and models
 	@tools/setup
+
+models: setup ## Export ALIKED and DISK too, 7 minutes (docs/models.md)
+	@.venv/bin/python tools/export_models.py --models aliked-n16 disk
 
 build: setup ## Build everything (PRESET=release, debug, asan or tsan)
 	@cmake --preset $(PRESET)

@@ -77,6 +77,17 @@ ROWS = [
     Row("dead reckoning", localise=("--dead-reckoning",)),
 ]
 
+# With --models: rows of docs/models.md.
+MODEL_ROWS = [
+    Row("XFeat, LighterGlue"),
+    Row("XFeat, mutual", matching={"matcher": "mutual"}),
+    *[
+        Row(f"{e}, {m}", matching={"extractor": e, "matcher": m})
+        for e in ("aliked-n16", "disk")
+        for m in ("lightglue", "mutual")
+    ],
+]
+
 
 def run(*command: str | Path) -> str:
     done = subprocess.run([str(c) for c in command], capture_output=True, text=True, check=False)
@@ -253,6 +264,9 @@ def main() -> None:
     parser.add_argument(
         "--bins", type=Path, default=Path(os.environ.get("TOPOLOC_BIN", ROOT / "build/release/bin"))
     )
+    parser.add_argument(
+        "--models", action="store_true", help="compare feature models instead (see `make models`)"
+    )
     parser.add_argument("--only", help="rows whose label contains this text")
     parser.add_argument("--json", type=Path, help="also write all figures here")
     args = parser.parse_args()
@@ -268,12 +282,13 @@ def main() -> None:
         "| ms/frame |"
     )
     print("|---|---|---|---|---|---|---|---|")
-    rows = [r for r in ROWS if not args.only or args.only in r.label]
+    rows = MODEL_ROWS if args.models else ROWS
+    rows = [r for r in rows if not args.only or args.only in r.label]
     figures: dict[str, dict[str, float]] = {}
     for row in rows:
         figures[row.label] = table.figures(row)
         print(markdown(row.label, figures[row.label]), flush=True)
-    if not args.only:
+    if not args.only and not args.models:
         label = "pose of the nearest node"
         figures[label] = table.nearest_node(ROWS[0])
         print(markdown(label, figures[label]))

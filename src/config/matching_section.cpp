@@ -19,6 +19,13 @@ class KeyReader {
   void operator()(const char* key, std::string& target, const std::vector<std::string>& choices) {
     node_.read(key, target, choices);
   }
+  void operator()(const char* key, std::string& name) {
+    node_.read(key, name);
+    if (!matching::is_model_name(name)) {
+      throw node_.error(
+          key, std::string("expected ") + matching::kModelNameRule + ", found '" + name + "'");
+    }
+  }
 
  private:
   StrictNode& node_;

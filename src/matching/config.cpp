@@ -34,6 +34,12 @@ class KeyCheck {
     }
     throw std::invalid_argument(prefix_ + key + ": '" + value + "' is not one of: " + list);
   }
+  void operator()(const char* key, const std::string& name) const {
+    if (!is_model_name(name)) {
+      throw std::invalid_argument(prefix_ + key + ": '" + name + "' is not made of " +
+                                  kModelNameRule);
+    }
+  }
 
  private:
   std::string prefix_;
@@ -56,6 +62,11 @@ PinholeCamera matching_camera(const MatchingConfig& config) {
           .fy_px = config.focal_px,
           .cx_px = 0.5 * (config.width_px - 1),
           .cy_px = 0.5 * (config.height_px - 1)};
+}
+
+bool is_model_name(const std::string& name) {
+  return !name.empty() &&
+         name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-_") == std::string::npos;
 }
 
 void validate(const MatchingConfig& config) {

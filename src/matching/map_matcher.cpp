@@ -38,7 +38,8 @@ const map::MapFile& with_same_model(const map::MapFile& map, const map::ModelIde
     throw std::invalid_argument(map.path().string() + ": made with " +
                                 map::to_string(map.info().model) + ", but the configuration has " +
                                 map::to_string(model) +
-                                ": build the map again or configure its model");
+                                ": build the map again or configure its model (matching.extractor, "
+                                "width_px, height_px and max_features name the file)");
   }
   return map;
 }

@@ -21,21 +21,38 @@ Ort::Env& environment() {
 std::vector<char> read_file(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) {
-    throw std::runtime_error(
-        path.string() +
-        ": cannot read this model file; `make setup` makes those for 640x384 and "
-        "1248x384 pixels and 512 and 1024 features, for others set "
-        "TOPOLOC_MODELS or matching.model_dir to the folder that has it");
+    throw std::runtime_error(path.string() + ": cannot read this model file");
   }
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-std::string to_string(const std::vector<std::int64_t>& shape) {
-  std::string text;
-  for (const std::int64_t side : shape) {
-    text += (text.empty() ? "" : "x") + std::to_string(side);
+std::string to_string(ONNXTensorElementDataType type) {
+  switch (type) {
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT:
+      return "float32";
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_DOUBLE:
+      return "float64";
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT16:
+      return "float16";
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_UINT8:
+      return "uint8";
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_INT32:
+      return "int32";
+    case ONNX_TENSOR_ELEMENT_DATA_TYPE_INT64:
+      return "int64";
+    default:
+      return "of ONNX type " + std::to_string(static_cast<int>(type));
   }
-  return text.empty() ? "scalar" : text;
+}
+
+/// "float32 1x1x384x640"; open sides as "?".
+std::string to_string(ONNXTensorElementDataType type, const OnnxModel::Shape& shape) {
+  std::string text = to_string(type);
+  for (std::size_t i = 0; i < shape.size(); ++i) {
+    text += (i == 0 ? " " : "x") +
+            (shape[i] == OnnxModel::kAnySide ? std::string("?") : std::to_string(shape[i]));
+  }
+  return text + (shape.empty() ? " scalar" : "");
 }
 
 Ort::SessionOptions session_options(int threads, const std::string& execution_provider) {
@@ -74,21 +91,15 @@ OnnxModel::OnnxModel(const std::filesystem::path& path, int threads,
   try {
     session_ = Ort::Session(environment(), file.data(), file.size(),
                             session_options(threads, execution_provider));
-    inputs_ = allocate(true);
-    outputs_ = allocate(false);
+    inputs_ = describe(true);
+    outputs_ = describe(false);
     binding_ = Ort::IoBinding(session_);
-    for (const Tensor& tensor : inputs_) {
-      binding_.BindInput(tensor.name.c_str(), tensor.value);
-    }
-    for (const Tensor& tensor : outputs_) {
-      binding_.BindOutput(tensor.name.c_str(), tensor.value);
-    }
   } catch (const Ort::Exception& error) {
     throw std::runtime_error(path.string() + ": " + error.what());
   }
 }
 
-std::vector<OnnxModel::Tensor> OnnxModel::allocate(bool inputs) const {
+std::vector<OnnxModel::Tensor> OnnxModel::describe(bool inputs) const {
   Ort::AllocatorWithDefaultOptions allocator;
   const std::size_t count = inputs ? session_.GetInputCount() : session_.GetOutputCount();
   std::vector<Tensor> tensors;
@@ -101,61 +112,140 @@ std::vector<OnnxModel::Tensor> OnnxModel::allocate(bool inputs) const {
     // The type information owns the shape information: keep it alive.
     const Ort::TypeInfo type =
         inputs ? session_.GetInputTypeInfo(i) : session_.GetOutputTypeInfo(i);
+    if (type.GetONNXType() != ONNX_TYPE_TENSOR) {
+      throw std::runtime_error(path_.string() + ": '" + tensor.name + "' is not a tensor");
+    }
     const auto info = type.GetTensorTypeAndShapeInfo();
     tensor.type = info.GetElementType();
     tensor.shape = info.GetShape();
-    if (std::any_of(tensor.shape.begin(), tensor.shape.end(), [](auto side) { return side < 1; })) {
-      throw std::runtime_error(path_.string() + ": tensor '" + tensor.name + "' has shape " +
-                               to_string(tensor.shape) + ", expected a model with fixed shapes");
-    }
-    tensor.value =
-        Ort::Value::CreateTensor(allocator, tensor.shape.data(), tensor.shape.size(), tensor.type);
     tensors.push_back(std::move(tensor));
   }
   return tensors;
 }
 
-OnnxModel::Tensor& OnnxModel::find(std::vector<Tensor>& tensors, const char* kind,
-                                   const std::string& name, ONNXTensorElementDataType type,
-                                   const std::vector<std::int64_t>& shape) const {
-  for (Tensor& tensor : tensors) {
-    if (tensor.name == name) {
-      if (tensor.type != type || tensor.shape != shape) {
-        throw std::runtime_error(path_.string() + ": " + kind + " '" + name + "' has shape " +
-                                 to_string(tensor.shape) + " and type " +
-                                 std::to_string(tensor.type) + ", expected " + to_string(shape) +
-                                 " and type " + std::to_string(type));
-      }
-      return tensor;
+std::size_t OnnxModel::find(bool inputs, const std::string& name) const {
+  const std::vector<Tensor>& tensors = inputs ? inputs_ : outputs_;
+  std::string names;
+  for (std::size_t i = 0; i < tensors.size(); ++i) {
+    if (tensors[i].name == name) {
+      return i;
     }
+    names += (names.empty() ? "" : ", ") + tensors[i].name;
   }
-  throw std::runtime_error(path_.string() + ": the model has no " + kind + " '" + name + "'");
+  throw std::runtime_error(path_.string() + ": the model has no " +
+                           (inputs ? "input '" : "output '") + name + "', it has: " + names);
 }
 
-std::span<float> OnnxModel::input(const std::string& name, const std::vector<std::int64_t>& shape) {
-  Tensor& tensor = find(inputs_, "input", name, ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT, shape);
+void OnnxModel::refuse(bool input, const Tensor& tensor, const std::string& expected) const {
+  throw std::runtime_error(path_.string() + ": " + (input ? "input '" : "output '") + tensor.name +
+                           "' is " + to_string(tensor.type, tensor.shape) + ", expected " +
+                           expected);
+}
+
+OnnxModel::Tensor& OnnxModel::expect(bool inputs, const std::string& name,
+                                     ONNXTensorElementDataType type, const Shape& shape) {
+  Tensor& tensor = (inputs ? inputs_ : outputs_)[find(inputs, name)];
+  // An open side of an input takes any size; one of an output could become anything.
+  const auto fits = [inputs](std::int64_t stated, std::int64_t wanted) {
+    return stated == wanted || (inputs ? stated : wanted) == kAnySide;
+  };
+  if (tensor.type != type ||
+      !std::equal(tensor.shape.begin(), tensor.shape.end(), shape.begin(), shape.end(), fits)) {
+    refuse(inputs, tensor, to_string(type, shape));
+  }
+  return tensor;
+}
+
+const OnnxModel::Tensor& OnnxModel::with_sides(bool inputs, const std::string& name,
+                                               std::size_t sides) const {
+  const Tensor& tensor = (inputs ? inputs_ : outputs_)[find(inputs, name)];
+  if (tensor.shape.size() != sides) {
+    refuse(inputs, tensor, std::to_string(sides) + " sides");
+  }
+  return tensor;
+}
+
+int OnnxModel::columns(bool inputs, const std::string& name) const {
+  const Tensor& tensor = with_sides(inputs, name, 2);
+  if (tensor.shape[1] < 1) {
+    refuse(inputs, tensor, "a fixed number of columns");
+  }
+  return static_cast<int>(tensor.shape[1]);
+}
+
+bool OnnxModel::has_input(const std::string& name) const {
+  return std::any_of(inputs_.begin(), inputs_.end(),
+                     [&](const Tensor& tensor) { return tensor.name == name; });
+}
+
+const OnnxModel::Shape& OnnxModel::input_shape(const std::string& name, std::size_t sides) const {
+  return with_sides(true, name, sides).shape;
+}
+
+int OnnxModel::input_columns(const std::string& name) const { return columns(true, name); }
+int OnnxModel::output_columns(const std::string& name) const { return columns(false, name); }
+
+std::span<float> OnnxModel::input(const std::string& name, const Shape& shape) {
+  Tensor& tensor = expect(true, name, ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT, shape);
+  tensor.value = Ort::Value::CreateTensor(Ort::AllocatorWithDefaultOptions(), shape.data(),
+                                          shape.size(), tensor.type);
+  binding_.BindInput(name.c_str(), tensor.value);
   return {tensor.value.GetTensorMutableData<float>(),
           tensor.value.GetTensorTypeAndShapeInfo().GetElementCount()};
 }
 
 template <typename T>
-std::span<const T> OnnxModel::output(const std::string& name,
-                                     const std::vector<std::int64_t>& shape) {
-  Tensor& tensor = find(outputs_, "output", name, Ort::TypeToTensorType<T>::type, shape);
+std::span<const T> OnnxModel::output(const std::string& name, const Shape& shape) {
+  Tensor& tensor = expect(false, name, Ort::TypeToTensorType<T>::type, shape);
+  tensor.value = Ort::Value::CreateTensor(Ort::AllocatorWithDefaultOptions(), shape.data(),
+                                          shape.size(), tensor.type);
+  binding_.BindOutput(name.c_str(), tensor.value);
   return {tensor.value.GetTensorData<T>(),
           tensor.value.GetTensorTypeAndShapeInfo().GetElementCount()};
 }
-template std::span<const float> OnnxModel::output<float>(const std::string&,
-                                                         const std::vector<std::int64_t>&);
-template std::span<const std::int32_t> OnnxModel::output<std::int32_t>(
-    const std::string&, const std::vector<std::int64_t>&);
+template std::span<const float> OnnxModel::output<float>(const std::string&, const Shape&);
+template std::span<const std::int32_t> OnnxModel::output<std::int32_t>(const std::string&,
+                                                                       const Shape&);
+
+void OnnxModel::expect_output(const std::string& name, const Shape& shape) {
+  Tensor& tensor = expect(false, name, ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT, shape);
+  tensor.variable = true;
+  binding_.BindOutput(name.c_str(), Ort::MemoryInfo::CreateCpu(OrtArenaAllocator, OrtMemTypeCPU));
+}
+
+void OnnxModel::require_no_other_inputs() const {
+  for (const Tensor& tensor : inputs_) {
+    if (!tensor.value) {
+      throw std::runtime_error(path_.string() + ": the model has an input '" + tensor.name + "' (" +
+                               to_string(tensor.type, tensor.shape) +
+                               "), expected none of this name");
+    }
+  }
+}
 
 void OnnxModel::run() {
   try {
     session_.Run(Ort::RunOptions{nullptr}, binding_);
+    if (std::none_of(outputs_.begin(), outputs_.end(), [](const auto& t) { return t.variable; })) {
+      return;  // all results are in the memory that was bound: no allocation
+    }
+    const std::vector<std::string> names = binding_.GetOutputNames();
+    std::vector<Ort::Value> values = binding_.GetOutputValues();
+    for (Tensor& tensor : outputs_) {
+      if (tensor.variable) {
+        const auto at = std::find(names.begin(), names.end(), tensor.name) - names.begin();
+        tensor.value = std::move(values[static_cast<std::size_t>(at)]);
+      }
+    }
   } catch (const Ort::Exception& error) {
     throw std::runtime_error(path_.string() + ": " + error.what());
   }
+}
+
+std::span<const float> OnnxModel::result(const std::string& name) const {
+  const Tensor& tensor = outputs_[find(false, name)];
+  return {tensor.value.GetTensorData<float>(),
+          tensor.value.GetTensorTypeAndShapeInfo().GetElementCount()};
 }
 
 }  // namespace topoloc::matching

@@ -17,8 +17,9 @@ namespace {
 constexpr double kMinSimilarity = 0.7;
 
 /// Arguments: width, height, features, threads.
-void extract_xfeat(benchmark::State& state) {
+void extract(benchmark::State& state, const char* extractor) {
   MatchingConfig config;
+  config.extractor = extractor;
   config.width_px = static_cast<int>(state.range(0));
   config.height_px = static_cast<int>(state.range(1));
   config.max_features = static_cast<int>(state.range(2));
@@ -27,39 +28,54 @@ void extract_xfeat(benchmark::State& state) {
   cv::setRNGSeed(1);
   cv::randu(image, 0, 255);
   try {
-    const auto extractor = make_extractor(config);
+    const auto network = make_extractor(config);
     FeatureSet out;
     for (auto _ : state) {
-      extractor->extract(image, out);
+      network->extract(image, out);
     }
   } catch (const std::runtime_error& error) {
     state.SkipWithError(error.what());
   }
 }
-BENCHMARK(extract_xfeat)
+BENCHMARK_CAPTURE(extract, xfeat, "xfeat")
     ->ArgsProduct({{640, 1248}, {384}, {512, 1024}, {1, 2}})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(extract, aliked_n16, "aliked-n16")
+    ->ArgsProduct({{640, 1248}, {384}, {512, 1024}, {2}})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(extract, disk, "disk")
+    ->ArgsProduct({{640}, {384}, {512}, {2}})
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 
 /// Arguments: features, threads.
-void match_lighterglue(benchmark::State& state) {
+void match_network(benchmark::State& state, const char* extractor, const char* matcher,
+                   int descriptor_dim) {
   MatchingConfig config;
+  config.extractor = extractor;
+  config.matcher = matcher;
   config.max_features = static_cast<int>(state.range(0));
   config.threads = static_cast<int>(state.range(1));
   testing::Random random(1);
-  const testing::Scene scene(random, config.max_features, 0);
+  const testing::Scene scene(random, config.max_features, 0, descriptor_dim);
   try {
-    const auto matcher = make_matcher(config);
+    const auto network = make_matcher(config);
     std::vector<FeatureMatch> out;
     for (auto _ : state) {
-      matcher->match(scene.query, scene.node, out);
+      network->match(scene.query, scene.node, out);
     }
   } catch (const std::runtime_error& error) {
     state.SkipWithError(error.what());
   }
 }
-BENCHMARK(match_lighterglue)
+BENCHMARK_CAPTURE(match_network, lighterglue, "xfeat", "lighterglue", 64)
     ->ArgsProduct({{512, 1024}, {1, 2}})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(match_network, lightglue, "aliked-n16", "lightglue", 128)
+    ->ArgsProduct({{512, 1024}, {2}})
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 

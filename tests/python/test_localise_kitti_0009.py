@@ -10,6 +10,7 @@ import json
 import os
 import shutil
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -101,6 +102,42 @@ def test_map_of_another_model_is_refused(work: Path) -> None:
     result = localise_with(work, "vehicle_1024.yaml", "max_features: 1024")
     assert result.returncode == 1
     assert "model" in result.stderr
+
+
+@pytest.mark.parametrize("extractor", ["aliked-n16", "disk"])
+def test_other_models_map_and_localise(
+    work: Path, small_models: Callable[[], Path], extractor: str
+) -> None:
+    drive = work / extractor
+    drive.mkdir()
+    for file in (work / "drive").iterdir():
+        (drive / file.name).symlink_to(file)
+    text = (drive / "vehicle.yaml").read_text()
+    (drive / "vehicle.yaml").unlink()
+    (drive / "vehicle.yaml").write_text(
+        f"{text}matching: {{extractor: {extractor}, matcher: lightglue, width_px: 320, "
+        f"height_px: 192, focal_px: 225, max_features: 256, model_dir: {small_models()}}}\n"
+    )
+    done(BIN / "topoloc-map", "build", "--drive", drive, "--cloud", drive / "cloud.ply",
+         "--trajectory", drive / "ground_truth.tum", "--frames", "even",
+         "--out", drive / "map.tmap")  # fmt: skip
+    model = inspect(drive / "map.tmap")["model"]
+    assert (model["name"], model["descriptor_dim"]) == (extractor, 128)
+
+    done(BIN / "topoloc-localise", "--drive", drive, "--map", drive / "map.tmap",
+         "--frames", "odd", "--out", drive / "estimate.tum")  # fmt: skip
+    figures = json.loads(
+        done(BIN / "topoloc-evaluate", "--reference", drive / "ground_truth.tum",
+             "--estimate", drive / "estimate.tum", "--from-seconds", "1", "--json", "-")
+    )  # fmt: skip
+    assert figures["coverage"] >= 0.99
+    assert figures["apet_m"] <= 0.15
+    assert figures["aper_rad"] <= 0.004
+
+    refused = localise(work, drive / "map.tmap")  # with XFeat
+    assert refused.returncode == 1
+    for words in (f"made with {extractor} (128-d", "has xfeat (64-d", "max_features"):
+        assert words in refused.stderr
 
 
 def test_unknown_config_key_names_file_line_and_key(work: Path) -> None:

@@ -75,8 +75,6 @@ inline void append(matching::FeatureSet& set, const Eigen::Vector2d& pixel_px,
 
 /// A node's points in the world and the current image of them, with the true pose known.
 struct Scene {
-  static constexpr int kDim = 64;
-
   RigidTransform T_world_imu_true;
   matching::FeatureSet node;            ///< feature i shows points[i]
   matching::FeatureSet query;           ///< first what shows points, then the rest
@@ -85,8 +83,8 @@ struct Scene {
 
   /// `points` points 4 to 50 m ahead, and `distractors` query features anywhere in the image whose
   /// descriptors look like those of points chosen at random: repetitive facades, kerbs, leaves.
-  Scene(Random& random, int point_count, int distractors)
-      : node(point_count, kDim), query(point_count + distractors, kDim) {
+  Scene(Random& random, int point_count, int distractors, int dim = 64)
+      : node(point_count, dim), query(point_count + distractors, dim) {
     T_world_imu_true = {so3::exp({0.02, -0.03, 0.7}), {350.0, -120.0, 4.0}};
     const PinholeCamera camera = test_camera();
     const RigidTransform T_world_cam = T_world_imu_true * test_T_imu_cam();
@@ -97,7 +95,7 @@ struct Scene {
       const Eigen::Vector2d pixel(random.uniform(5, 634), random.uniform(5, 378));
       const double depth_m = 4.0 * std::exp(random.uniform(0.0, 2.5));
       points.emplace_back(T_world_cam * (depth_m * camera.ray(pixel)));
-      descriptors.push_back(random.descriptor(kDim));
+      descriptors.push_back(random.descriptor(dim));
       append(node, pixel, descriptors.back());
       append(query, pixel + Eigen::Vector2d(random.normal(0.5), random.normal(0.5)),
              random.seen_again(descriptors.back(), 0.5));

@@ -12,6 +12,8 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
+from .peaks import vertices
+
 CELL_PX = 8  # one cell of the network's output covers 8 x 8 pixels
 NMS_WINDOW_PX = 5
 DETECTION_THRESHOLD = 0.05
@@ -69,29 +71,12 @@ class XFeatGraph(nn.Module):
         return keypoints, scores, descriptors
 
     def _refined(self, heat: Tensor, index: Tensor) -> Tensor:
-        """Peaks to sub-pixel: the vertex of a parabola through the log heat, along each axis.
+        """Peaks to sub-pixel, in the log heat.
 
         Over known warps (shift, zoom, perspective) of street images this brings the median
         repeatability error from 0.70 px for whole pixels to 0.41 px; a parabola through the heat
         itself gives 0.53 px, a centroid 0.42 px.
         """
         log_heat = heat.clamp(min=1e-6).log().flatten()
-        row = torch.div(index, self.width_px, rounding_mode="floor")
-        column = index - row * self.width_px
-        centre = log_heat[index]
-
-        def vertex(before: Tensor, after: Tensor) -> Tensor:
-            low, high = log_heat[before], log_heat[after]
-            curvature = (2.0 * centre - low - high).clamp(min=1e-6)
-            return (0.5 * (high - low) / curvature).clamp(-0.5, 0.5)
-
-        along_x = vertex(
-            row * self.width_px + (column - 1).clamp(min=0),
-            row * self.width_px + (column + 1).clamp(max=self.width_px - 1),
-        )
-        along_y = vertex(
-            (row - 1).clamp(min=0) * self.width_px + column,
-            (row + 1).clamp(max=self.height_px - 1) * self.width_px + column,
-        )
-        keypoints = torch.stack([column + along_x, row + along_y], -1)
+        keypoints = vertices(log_heat, index, self.width_px, self.height_px)
         return keypoints.clamp(min=0.0).minimum(self.last_pixel)

@@ -34,9 +34,10 @@ struct GuidedConfig {
 
 /// Everything configurable in matching. The defaults are for a CPU-only vehicle PC.
 struct MatchingConfig {
-  std::string extractor = "xfeat";
-  std::string matcher = "lighterglue";  ///< "lighterglue", "mutual" or "guided"
-  int max_features = 512;               ///< per image; a model file of this size must exist
+  std::string extractor = "xfeat";  ///< model of features, see docs/models.md
+  /// "lighterglue" (for xfeat), "lightglue" (for the others), "mutual" or "guided"
+  std::string matcher = "lighterglue";
+  int max_features = 512;  ///< per image; a model file of this size must exist
   /// Matching camera: images are undistorted into this pinhole, principal point at the centre.
   int width_px = 640;
   int height_px = 384;
@@ -52,7 +53,7 @@ struct MatchingConfig {
   double max_node_heading_rad = 0.8;
 
   double min_similarity = 0.82;  ///< "mutual", "guided": smallest cosine of two descriptors
-  double min_match_score = 0.1;  ///< "lighterglue": smallest match probability
+  double min_match_score = 0.1;  ///< networks: smallest match probability
   int min_features = 50;         ///< fewer in the image: kTooFewFeatures
   int min_matches = 12;          ///< fewer left with a 3D point: kTooFewMatches
   double pixel_std_px = 1.0;     ///< standard deviation of a keypoint's position, per axis
@@ -65,6 +66,10 @@ std::filesystem::path default_model_dir();
 
 /// The pinhole camera that images are undistorted into.
 PinholeCamera matching_camera(const MatchingConfig& config);
+
+/// Models are named in files' names.
+inline constexpr const char* kModelNameRule = "lower-case letters, digits, '-' and '_'";
+bool is_model_name(const std::string& name);
 
 /// Throws std::invalid_argument that names the first key out of range and what is allowed.
 void validate(const MatchingConfig& config);

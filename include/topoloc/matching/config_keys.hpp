@@ -11,14 +11,16 @@
 #include <vector>
 
 /// The only place that knows the names and ranges of the keys of MatchingConfig (but model_dir).
-/// Each function calls visit(key, value, low, high), both ends allowed, or
-/// visit(key, value, choices), in the order in which a bound may depend on another key.
+/// Each function calls visit(key, value, low, high), both ends allowed, visit(key, value, choices)
+/// or visit(key, value), which is part of a file name (see is_model_name()), in the order in which
+/// a bound may depend on another key.
 namespace topoloc::matching {
 
 template <typename Config, typename Visitor>
 void visit_matching_keys(Config& config, Visitor&& visit) {
-  visit("extractor", config.extractor, std::vector<std::string>{"xfeat"});
-  visit("matcher", config.matcher, std::vector<std::string>{"lighterglue", "mutual", "guided"});
+  visit("extractor", config.extractor);
+  visit("matcher", config.matcher,
+        std::vector<std::string>{"lighterglue", "lightglue", "mutual", "guided"});
   visit("max_features", config.max_features, 16, estimation::kMaxMatches);
   visit("width_px", config.width_px, 64, map::kMaxImageSide_px);
   visit("height_px", config.height_px, 64, map::kMaxImageSide_px);

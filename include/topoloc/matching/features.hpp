@@ -73,7 +73,9 @@ class FeatureMatcher {
 /// do, where it is missing or has unexpected inputs.
 std::unique_ptr<FeatureExtractor> make_extractor(const MatchingConfig& config);
 
-/// "lighterglue" or "mutual". ("guided" needs a prediction: see GuidedMatcher.)
+/// "lighterglue", "lightglue" or "mutual". ("guided" needs a prediction: see GuidedMatcher.) Throws
+/// as make_extractor() does, and std::invalid_argument where the matcher was not trained with the
+/// extractor.
 std::unique_ptr<FeatureMatcher> make_matcher(const MatchingConfig& config);
 
 }  // namespace topoloc::matching

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/matching/features.hpp"
+#include "topoloc/matching/image_pair_matcher.hpp"
 #include "topoloc/matching/undistorter.hpp"
 
 #include "support/data_dir.hpp"
@@ -127,6 +128,24 @@ TEST_F(KittiImages, NeighbouringFramesMatchConsistentlyByLighterGlue) {
   const auto matches = match("lighterglue");
   EXPECT_GT(matches.size(), 200U);
   EXPECT_GT(epipolar_share(matches), 0.8);
+}
+
+TEST_F(KittiImages, APairMatcherFindsWhatItsFeatureMatcherFinds) {
+  std::vector<PixelMatch> pairs;
+  make_pair_matcher(config_)->match({image1_, mask_}, {image0_, mask_}, pairs);
+  const FeatureSet query = extract(image1_);
+  const FeatureSet node = extract(image0_);
+  const std::vector<FeatureMatch> matches = match("lighterglue");
+  // Less a few at the mask's edge, which the pair matcher keeps to by the pixel.
+  EXPECT_LE(pairs.size(), matches.size());
+  EXPECT_GT(static_cast<double>(pairs.size()), 0.97 * static_cast<double>(matches.size()));
+  for (const PixelMatch& pair : pairs) {
+    EXPECT_TRUE(std::any_of(matches.begin(), matches.end(), [&](const FeatureMatch& m) {
+      return query.pixels_px[static_cast<std::size_t>(m.query)] == pair.pixel0_px &&
+             node.pixels_px[static_cast<std::size_t>(m.node)] == pair.pixel1_px &&
+             m.score == pair.confidence;
+    }));
+  }
 }
 
 TEST_F(KittiImages, LighterGlueIsBitIdenticalWithAnyNumberOfThreads) {

@@ -1,39 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
-#include "matching/lighterglue_matcher.hpp"
+#include "matching/lightglue_matcher.hpp"
+
+#include "matching/model_files.hpp"
 
 #include <algorithm>
 #include <stdexcept>
 
 namespace topoloc::matching {
-namespace {
 
-std::filesystem::path lighterglue_path(const MatchingConfig& config) {
-  const auto dir = config.model_dir.empty() ? default_model_dir() : config.model_dir;
-  return dir / ("lighterglue_n" + std::to_string(config.max_features) + ".onnx");
-}
-
-}  // namespace
-
-LighterGlueMatcher::Side::Side(OnnxModel& model, const std::string& suffix, int max_features)
-    : keypoints(model.input("keypoints" + suffix, {max_features, 2})),
+LightGlueMatcher::Side::Side(OnnxModel& model, const std::string& suffix, int max_features)
+    : dim(static_cast<std::size_t>(model.input_columns("descriptors" + suffix))),
+      keypoints(model.input("keypoints" + suffix, {max_features, 2})),
       size(model.input("size" + suffix, {2})),
-      descriptors(model.input("descriptors" + suffix, {max_features, kDescriptorDim})),
+      descriptors(
+          model.input("descriptors" + suffix, {max_features, static_cast<std::int64_t>(dim)})),
       valid(model.input("valid" + suffix, {max_features})) {}
 
-void LighterGlueMatcher::Side::fill(const FeatureSet& set) {
-  if (set.count > 0 && set.descriptor_dim != kDescriptorDim) {
-    throw std::invalid_argument("lighterglue: descriptors of length " +
+void LightGlueMatcher::Side::fill(const FeatureSet& set) {
+  if (set.count > 0 && static_cast<std::size_t>(set.descriptor_dim) != dim) {
+    throw std::invalid_argument("lightglue: descriptors of length " +
                                 std::to_string(set.descriptor_dim) + ", expected " +
-                                std::to_string(kDescriptorDim));
+                                std::to_string(dim));
   }
   const std::size_t used = std::min(valid.size(), static_cast<std::size_t>(set.count));
   // Empty slots are masked, but must hold numbers: 0 times NaN is NaN.
   std::fill(keypoints.begin(), keypoints.end(), 0.0F);
   std::fill(valid.begin(), valid.end(), 0.0F);
-  std::fill(descriptors.begin() + static_cast<std::ptrdiff_t>(used * kDescriptorDim),
-            descriptors.end(), 0.0F);
-  std::copy_n(set.descriptors.begin(), used * kDescriptorDim, descriptors.begin());
+  std::fill(descriptors.begin() + static_cast<std::ptrdiff_t>(used * dim), descriptors.end(), 0.0F);
+  std::copy_n(set.descriptors.begin(), used * dim, descriptors.begin());
   for (std::size_t i = 0; i < used; ++i) {
     keypoints[2 * i] = set.pixels_px[i].x();
     keypoints[2 * i + 1] = set.pixels_px[i].y();
@@ -43,16 +38,18 @@ void LighterGlueMatcher::Side::fill(const FeatureSet& set) {
   size[1] = static_cast<float>(set.height_px);
 }
 
-LighterGlueMatcher::LighterGlueMatcher(const MatchingConfig& config)
+LightGlueMatcher::LightGlueMatcher(const MatchingConfig& config)
     : min_score_(static_cast<float>(config.min_match_score)),
-      model_(lighterglue_path(config), config.threads, config.execution_provider),
+      model_(lightglue_file(config), config.threads, config.execution_provider),
       query_(model_, "0", config.max_features),
       node_(model_, "1", config.max_features),
       matches_(model_.output<std::int32_t>("matches0", {config.max_features})),
-      scores_(model_.output<float>("scores0", {config.max_features})) {}
+      scores_(model_.output<float>("scores0", {config.max_features})) {
+  model_.require_no_other_inputs();
+}
 
-void LighterGlueMatcher::match(const FeatureSet& query, const FeatureSet& node,
-                               std::vector<FeatureMatch>& out) {
+void LightGlueMatcher::match(const FeatureSet& query, const FeatureSet& node,
+                             std::vector<FeatureMatch>& out) {
   out.clear();
   query_.fill(query);
   node_.fill(node);

@@ -8,15 +8,14 @@
 
 namespace topoloc::matching {
 
-/// LighterGlue: the small LightGlue (Lindenberger et al., ICCV 2023) trained for XFeat.
-class LighterGlueMatcher final : public FeatureMatcher {
+/// LightGlue (Lindenberger et al., ICCV 2023), trained for one kind of features: for XFeat the
+/// small LighterGlue. The file says how long a descriptor is.
+class LightGlueMatcher final : public FeatureMatcher {
  public:
-  static constexpr int kDescriptorDim = 64;
-
-  explicit LighterGlueMatcher(const MatchingConfig& config);
+  explicit LightGlueMatcher(const MatchingConfig& config);
 
   /// Sets with more features than the model takes: the first ones (highest scores) are used.
-  /// Throws std::invalid_argument where descriptors are not 64 long.
+  /// Throws std::invalid_argument where descriptors have another length than the model's.
   void match(const FeatureSet& query, const FeatureSet& node,
              std::vector<FeatureMatch>& out) override;
 
@@ -26,9 +25,10 @@ class LighterGlueMatcher final : public FeatureMatcher {
     Side(OnnxModel& model, const std::string& suffix, int max_features);
     void fill(const FeatureSet& set);
 
+    std::size_t dim;               ///< length of a descriptor
     std::span<float> keypoints;    ///< N x 2
     std::span<float> size;         ///< width, height
-    std::span<float> descriptors;  ///< N x 64
+    std::span<float> descriptors;  ///< N x dim
     std::span<float> valid;        ///< N, 1 used, 0 empty slot
   };
 

@@ -9,12 +9,12 @@
 
 namespace topoloc::matching {
 
-/// XFeat (Potje et al., CVPR 2024) with detection, top N and descriptor sampling inside the graph.
-class XFeatExtractor final : public FeatureExtractor {
+/// A network with detection, top N and descriptor sampling inside the graph: XFeat, ALIKED, DISK or
+/// any other whose inputs and outputs are those of docs/models.md. The file says how long a
+/// descriptor is.
+class OnnxExtractor final : public FeatureExtractor {
  public:
-  static constexpr int kDescriptorDim = 64;
-
-  explicit XFeatExtractor(const MatchingConfig& config);
+  explicit OnnxExtractor(const MatchingConfig& config);
 
   [[nodiscard]] const map::ModelIdentity& identity() const override { return identity_; }
   [[nodiscard]] int max_features() const override { return max_features_; }
@@ -33,7 +33,7 @@ class XFeatExtractor final : public FeatureExtractor {
   std::span<float> mask_;               ///< H x W, 1 keep, 0 ignore
   std::span<const float> keypoints_;    ///< N x 2, x y [px]
   std::span<const float> scores_;       ///< N, falling; 0: empty slot
-  std::span<const float> descriptors_;  ///< N x 64
+  std::span<const float> descriptors_;  ///< N x descriptor_dim
 };
 
 }  // namespace topoloc::matching
