@@ -28,18 +28,16 @@ std::vector<std::byte> encode_jpeg(const cv::Mat& grey) {
 
 }  // namespace
 
-Eigen::Matrix<double, 6, 6> node_covariance(const RigidTransform& T_world_imu,
-                                            const RigidTransform& T_imu_cam, double std_m,
-                                            double std_rad) {
-  // R_cam_true = R Exp(theta_imu) R_imu_cam = R_cam Exp(R_imu_cam^T theta_imu), and the camera sits
-  // on a lever: p_cam_true = p_cam + dp_imu - R [p_imu_cam]x theta_imu.
-  Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Identity();
+Eigen::Matrix<double, 6, 6> node_covariance(const PlannedNode& node,
+                                            const RigidTransform& T_imu_cam) {
+  // R_cam_true = R Exp(theta) R_imu_cam = R_cam Exp(R_imu_cam^T theta), and the camera sits on a
+  // lever: p_cam_true = p_cam + R t - R [p_imu_cam]x theta.
+  const Eigen::Matrix3d& R = node.T_world_imu.R;
+  Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Zero();
   J.topLeftCorner<3, 3>() = T_imu_cam.R.transpose();
-  J.bottomLeftCorner<3, 3>() = -T_world_imu.R * so3::skew(T_imu_cam.p);
-  Eigen::Matrix<double, 6, 1> variance;
-  variance << Eigen::Vector3d::Constant(std_rad * std_rad),
-      Eigen::Vector3d::Constant(std_m * std_m);
-  const Eigen::Matrix<double, 6, 6> P = J * variance.asDiagonal() * J.transpose();
+  J.bottomLeftCorner<3, 3>() = -R * so3::skew(T_imu_cam.p);
+  J.bottomRightCorner<3, 3>() = R;
+  const Eigen::Matrix<double, 6, 6> P = J * node.covariance * J.transpose();
   return 0.5 * (P + P.transpose());
 }
 
@@ -89,8 +87,7 @@ NodeOutcome NodeMaker::make(const PlannedNode& node, const cv::Mat& raw) {
   map::encode_descriptors(std::span(features_.descriptors).first(values), draft.descriptors);
   draft.time_ns = node.time_ns;
   draft.T_world_cam = T_world_cam;
-  draft.covariance = node_covariance(node.T_world_imu, T_imu_cam_, context_.config.trajectory_std_m,
-                                     context_.config.trajectory_std_rad);
+  draft.covariance = node_covariance(node, T_imu_cam_);
   draft.camera_image = encode_jpeg(undistorted_);
   draft.depth_image = map::encode_depth(view.depth_m, view.camera.width_px, view.camera.height_px);
   return {std::nullopt, std::move(draft)};

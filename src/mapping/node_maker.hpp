@@ -13,11 +13,9 @@
 
 namespace topoloc::mapping {
 
-/// Covariance of a node's pose (order and axes as in map::NodeDraft) when its vehicle pose has an
-/// independent error of `std_m` per axis and `std_rad` per axis.
-Eigen::Matrix<double, 6, 6> node_covariance(const RigidTransform& T_world_imu,
-                                            const RigidTransform& T_imu_cam, double std_m,
-                                            double std_rad);
+/// Covariance of a node's pose (order and axes as in map::NodeDraft) from that of its vehicle pose.
+Eigen::Matrix<double, 6, 6> node_covariance(const PlannedNode& node,
+                                            const RigidTransform& T_imu_cam);
 
 /// What all nodes of a map share. Read by all workers.
 struct NodeContext {

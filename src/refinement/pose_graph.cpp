@@ -223,7 +223,7 @@ class Problem {
         problem_.AddResidualBlock(
             new ceres::AutoDiffCostFunction<GroundResidual, 1, 6, 1>(
                 new GroundResidual{poses[factor.keyframe], factor.ground, factor.std_m}),
-            new ceres::CauchyLoss(config.ground_loss), motions_[factor.keyframe].data(),
+            new ceres::HuberLoss(config.ground_loss), motions_[factor.keyframe].data(),
             &height_m_);
       }
     }

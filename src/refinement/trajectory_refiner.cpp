@@ -69,8 +69,11 @@ class Run {
   std::vector<mapping::RefinedPose> run(const mapping::Progress& progress) {
     choose_keyframes();
     start();
-    first_pass([&](double share) { report(progress, 0.5 * share); });
-    second_pass([&](double share) { report(progress, 0.5 + 0.45 * share); });
+    const int passes = 1 + config_.window.fine_passes;
+    first_pass([&](double share) { report(progress, share / passes); });
+    for (int pass = 1; pass < passes; ++pass) {
+      fine_pass([&](double share) { report(progress, (pass + share) / passes); });
+    }
     stat("lastsolve"); auto r=judge(); stat("judge"); for(auto&[k,v]:times_) std::fprintf(stderr,"TIME %s %.1f\n",k.c_str(),v); return r;
   }
 
@@ -139,6 +142,7 @@ class Run {
       }
     }
     if (knowledge_.trajectory) {
+      find_ground(0, keyframes_.size());
       solve(graph_, T_imu_cam_, camera_, 0, config_.solver, poses_);
     } else {
       graph_.priors.push_back({0, poses_[0], std});
@@ -169,11 +173,12 @@ class Run {
       }
       undistorter_.undistort(raw, look.image);
       lap(0);look.T_world_cam = poses_[k] * T_imu_cam_;
-      const mapping::RenderedView view =
+      mapping::RenderedView view =
           mapping::render(grid_, camera_, look.T_world_cam, config_.render);
       lap(1);look.points = find_surface_points(look.image, mask_, view, look.T_world_cam, config_.lift,
                                         config_.tracks);
       lap(2);if (is_view(k)) {
+        mapping::average_intensity(grid_, look.T_world_cam, config_.render, view);
         look.correlation = correlate(camera_gradients(look.image, mask_, config_.gradients),
                                      intensity_gradients(view, config_.gradients), view,
                                      look.T_world_cam, shrink, config_.correlation);
@@ -262,6 +267,7 @@ class Run {
   void first_pass(const Report& report) {
     looks_.assign(keyframes_.size(), {});
     forgotten_ = 0;
+    graph_.ground.clear();
     const std::size_t batch = config_.window.stride * config_.window.view_every;
     const std::size_t window = config_.window.views * config_.window.view_every;
     for (std::size_t begin = 0; begin < keyframes_.size(); begin += batch) {
@@ -289,7 +295,7 @@ stat("solve1");      register_until(end, 1.0);stat("register");
   }
 
   template <typename Report>
-  void second_pass(const Report& report) {
+  void fine_pass(const Report& report) {
     looks_.assign(keyframes_.size(), {});
     forgotten_ = 0;
     graph_.tracks.clear();

@@ -32,6 +32,9 @@ struct PlannedNode {
   std::size_t frame = 0;  ///< order number in the camera log
   std::int64_t time_ns = 0;
   RigidTransform T_world_imu;
+  /// Of the pose's error (theta [rad], t [m]) in the vehicle's own axes: R_true = R Exp(theta),
+  /// p_true = p + R t.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
 struct Selection {

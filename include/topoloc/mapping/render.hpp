@@ -52,4 +52,9 @@ struct RenderedView {
 RenderedView render(const CloudGrid& grid, const PinholeCamera& camera,
                     const RigidTransform& T_world_cam, const RenderConfig& config = {});
 
+/// Replaces the intensity of each visible point by the mean over all points of its surface in that
+/// pixel: single returns of a spinning scanner speckle. `view` as render() gave it.
+void average_intensity(const CloudGrid& grid, const RigidTransform& T_world_cam,
+                       const RenderConfig& config, RenderedView& view);
+
 }  // namespace topoloc::mapping

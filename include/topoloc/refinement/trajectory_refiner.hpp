@@ -26,7 +26,8 @@ struct WindowConfig {
   std::size_t view_every = 2;  ///< keyframes from one correlated view to the next
   std::size_t views = 8;       ///< of a window
   std::size_t stride = 4;      ///< views from one window to the next
-  double fine_share = 0.4;     ///< search deviations of the second pass, as share of the first's
+  int fine_passes = 2;         ///< over the whole drive at full resolution, after the first
+  double fine_share = 0.4;     ///< their search deviations, as share of the first's
 };
 
 struct RefinementConfig {

@@ -27,7 +27,7 @@ struct SearchConfig {
   int starts = 4;          ///< best of them that are followed to their maximum
   std::uint64_t seed = 1;  ///< of the samples
   /// What a pose one deviation away from the start costs, in parts of the views' agreement.
-  double prior_weight = 0.5;
+  double prior_weight = 0.3;
 };
 
 /// Finds the rigid motion of a window of views under which camera images and cloud agree best:
