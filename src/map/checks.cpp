@@ -2,8 +2,6 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "map/checks.hpp"
 
-#include "map/depth_header.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +9,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <nlohmann/json.hpp>
 
 namespace topoloc::map {
 namespace {
@@ -127,16 +126,16 @@ std::string problem_with_camera_image(std::span<const std::byte> image) {
   return "camera image is neither JPEG nor PNG";
 }
 
-std::string problem_with_depth_image(std::span<const std::byte> image,
-                                     const PinholeCamera& camera) {
+std::string problem_with_image(const ZstdImageKind& kind, std::span<const std::byte> image,
+                               const PinholeCamera& camera) {
   if (image.empty()) {
     return {};
   }
   try {
-    const DepthHeader header = read_depth_header(image);
+    const ZstdImageHeader header = read_header(kind, image);
     if (static_cast<int>(header.width_px) != camera.width_px ||
         static_cast<int>(header.height_px) != camera.height_px) {
-      return "depth image of " + std::to_string(header.width_px) + " x " +
+      return std::string(kind.name) + " of " + std::to_string(header.width_px) + " x " +
              std::to_string(header.height_px) + " px, expected the camera's " +
              std::to_string(camera.width_px) + " x " + std::to_string(camera.height_px);
     }
@@ -144,6 +143,15 @@ std::string problem_with_depth_image(std::span<const std::byte> image,
     return error.what();
   }
   return {};
+}
+
+std::string problem_with_report(std::string_view report) {
+  if (report.size() > kMaxReportSize) {
+    return "build report of " + std::to_string(report.size()) + " bytes, at most " +
+           std::to_string(kMaxReportSize);
+  }
+  return report.empty() || nlohmann::json::accept(report) ? ""
+                                                          : "build report is not JSON in UTF-8";
 }
 
 }  // namespace topoloc::map

@@ -4,9 +4,12 @@
 
 #include "topoloc/map/types.hpp"
 
+#include "map/zstd_image.hpp"
+
 #include <cstddef>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include <Eigen/Core>
 
@@ -35,7 +38,11 @@ std::string problem_with(const FeatureRecord& record, const PinholeCamera& camer
 /// JPEG or PNG by its first bytes, or empty.
 std::string problem_with_camera_image(std::span<const std::byte> image);
 
-/// Depth image of the camera's size by its header, or empty.
-std::string problem_with_depth_image(std::span<const std::byte> image, const PinholeCamera& camera);
+/// Image of that kind and of the camera's size by its header, or empty.
+std::string problem_with_image(const ZstdImageKind& kind, std::span<const std::byte> image,
+                               const PinholeCamera& camera);
+
+/// JSON (and so UTF-8) of at most kMaxReportSize bytes, or empty.
+std::string problem_with_report(std::string_view report);
 
 }  // namespace topoloc::map

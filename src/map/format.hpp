@@ -57,6 +57,9 @@ inline constexpr std::string_view kInfo = "INFO";          ///< InfoRecord and s
 inline constexpr std::string_view kNodes = "NODE";         ///< NodeRecord each
 inline constexpr std::string_view kImageEntries = "IDIR";  ///< ImageEntry each; optional
 inline constexpr std::string_view kImages = "IMAG";        ///< encoded images; optional
+inline constexpr std::string_view kLidarEntries = "LDIR";  ///< LidarEntry each; optional
+inline constexpr std::string_view kLidarImages = "LIMG";   ///< encoded images; optional
+inline constexpr std::string_view kReport = "REPT";        ///< JSON; optional
 inline constexpr std::uint32_t kSectionVersion = 1;        ///< of all of them, so far
 
 /// Followed by the characters of model name, CRS and creator, without separators.
@@ -97,9 +100,18 @@ struct ImageEntry {
 };
 static_assert(sizeof(ImageEntry) == 16);
 
+/// Where the intensity image of a node lies. Apart from IMAG, whose layout old readers check.
+struct LidarEntry {
+  std::uint64_t offset = 0;  ///< from the start of LIMG
+  std::uint32_t length = 0;
+  std::uint32_t reserved = 0;
+};
+static_assert(sizeof(LidarEntry) == 16);
+
 static_assert(std::is_trivially_copyable_v<Header> && std::is_trivially_copyable_v<SectionEntry> &&
               std::is_trivially_copyable_v<InfoRecord> &&
-              std::is_trivially_copyable_v<NodeRecord> && std::is_trivially_copyable_v<ImageEntry>);
+              std::is_trivially_copyable_v<NodeRecord> &&
+              std::is_trivially_copyable_v<ImageEntry> && std::is_trivially_copyable_v<LidarEntry>);
 
 /// A feature block: records, padding, descriptors, padding. Both parts aligned.
 constexpr std::uint64_t descriptors_offset(std::uint64_t feature_count) {

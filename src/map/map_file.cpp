@@ -166,24 +166,35 @@ void check_nodes(const std::string& file, std::span<const format::NodeRecord> no
   }
 }
 
-void check_image_entries(const std::string& file, std::span<const format::ImageEntry> entries,
-                         std::size_t node_count, std::uint64_t images_length) {
+std::uint64_t length_of(const format::ImageEntry& entry) {
+  return std::uint64_t{entry.camera_length} + entry.depth_length;
+}
+
+std::uint64_t length_of(const format::LidarEntry& entry) { return entry.length; }
+
+/// `entries` must name images that fill the section of images exactly, node by node.
+template <typename Entry>
+void check_image_entries(const std::string& file, std::string_view entries_name,
+                         std::span<const Entry> entries, std::size_t node_count,
+                         std::string_view images_name, std::uint64_t images_length) {
+  const std::string where = file + ": section " + std::string(entries_name) + ": images of ";
   if (entries.size() != node_count) {
-    throw MapError(file + ": section IDIR: images of " + std::to_string(entries.size()) +
-                   " nodes, expected " + std::to_string(node_count));
+    throw MapError(where + std::to_string(entries.size()) + " nodes, expected " +
+                   std::to_string(node_count));
   }
   std::uint64_t end = 0;
   for (std::size_t i = 0; i < entries.size(); ++i) {
     if (entries[i].offset != end) {
-      throw MapError(file + ": section IDIR: images of node " + std::to_string(i) +
-                     " begin at byte " + std::to_string(entries[i].offset) + " of IMAG, expected " +
-                     std::to_string(end));
+      throw MapError(where + "node " + std::to_string(i) + " begin at byte " +
+                     std::to_string(entries[i].offset) + " of " + std::string(images_name) +
+                     ", expected " + std::to_string(end));
     }
-    end += std::uint64_t{entries[i].camera_length} + entries[i].depth_length;
+    end += length_of(entries[i]);
   }
   if (end != images_length) {
-    throw MapError(file + ": section IMAG of " + std::to_string(images_length) +
-                   " bytes, its nodes' images take " + std::to_string(end));
+    throw MapError(file + ": section " + std::string(images_name) + " of " +
+                   std::to_string(images_length) + " bytes, its nodes' images take " +
+                   std::to_string(end));
   }
 }
 
@@ -225,15 +236,34 @@ void MapFile::open(const std::optional<ModelIdentity>& expected_model) {
   nodes_ = records<format::NodeRecord>(file, nodes, content(file_, nodes));
   check_nodes(file, nodes_, features_.size(), info_.model.descriptor_dim);
 
-  has_images_ = find_section(sections_, format::kImageEntries) != nullptr ||
-                find_section(sections_, format::kImages) != nullptr;
-  if (has_images_) {
-    images_ = content(file_, section(format::kImages));
-    const SectionInfo& entries = section(format::kImageEntries);
-    check_checksum(file, file_, entries);
-    image_entries_ = records<format::ImageEntry>(file, entries, content(file_, entries));
-    check_image_entries(file, image_entries_, nodes_.size(), images_.size());
+  /// Sections of images and of the entries that name them: both or none.
+  const auto open_images =
+      [&]<typename Entry>(std::string_view entries_name, std::string_view images_name,
+                          std::span<const Entry>& entries, std::span<const std::byte>& images) {
+        if (find_section(sections_, entries_name) == nullptr &&
+            find_section(sections_, images_name) == nullptr) {
+          return false;
+        }
+        images = content(file_, section(images_name));
+        const SectionInfo& directory = section(entries_name);
+        check_checksum(file, file_, directory);
+        entries = records<Entry>(file, directory, content(file_, directory));
+        check_image_entries(file, entries_name, entries, nodes_.size(), images_name, images.size());
+        return true;
+      };
+  has_images_ = open_images(format::kImageEntries, format::kImages, image_entries_, images_);
+  has_intensity_images_ =
+      open_images(format::kLidarEntries, format::kLidarImages, lidar_entries_, lidar_images_);
+}
+
+std::string_view MapFile::report() const {
+  const SectionInfo* const section = find_section(sections_, format::kReport);
+  if (section == nullptr) {
+    return {};
   }
+  check_checksum(path_.string(), file_, *section);
+  const std::span<const std::byte> text = content(file_, *section);
+  return {reinterpret_cast<const char*>(text.data()), text.size()};
 }
 
 MapFile::~MapFile() { unmap(file_); }
@@ -250,6 +280,9 @@ MapFile& MapFile::operator=(MapFile&& other) noexcept {
   std::swap(has_images_, other.has_images_);
   std::swap(image_entries_, other.image_entries_);
   std::swap(images_, other.images_);
+  std::swap(has_intensity_images_, other.has_intensity_images_);
+  std::swap(lidar_entries_, other.lidar_entries_);
+  std::swap(lidar_images_, other.lidar_images_);
   return *this;
 }
 
@@ -285,6 +318,10 @@ NodeView MapFile::node(std::size_t i) const {
     const format::ImageEntry& entry = image_entries_[i];
     view.camera_image = images_.subspan(entry.offset, entry.camera_length);
     view.depth_image = images_.subspan(entry.offset + entry.camera_length, entry.depth_length);
+  }
+  if (has_intensity_images_) {
+    view.intensity_image =
+        lidar_images_.subspan(lidar_entries_[i].offset, lidar_entries_[i].length);
   }
   return view;
 }

@@ -12,6 +12,7 @@
 #include <cstring>
 #include <limits>
 #include <string>
+#include <utility>
 
 namespace topoloc::map {
 namespace {
@@ -94,7 +95,7 @@ NodeQuality quality_of(std::span<const FeatureRecord> features) {
 class MapWriter::Impl {
  public:
   Impl(const std::filesystem::path& path, const MapInfo& info)
-      : path_(path), info_(checked(path, info)), file_(path), images_(path) {
+      : path_(path), info_(checked(path, info)), file_(path), images_(path), lidar_images_(path) {
     file_.begin_section(format::kFeatures, format::kSectionVersion, true);
   }
 
@@ -118,12 +119,26 @@ class MapWriter::Impl {
     entry.camera_length = static_cast<std::uint32_t>(draft.camera_image.size());
     entry.depth_length = static_cast<std::uint32_t>(draft.depth_image.size());
 
+    format::LidarEntry lidar_entry;
+    lidar_entry.offset = lidar_images_.size();
+    lidar_entry.length = static_cast<std::uint32_t>(draft.intensity_image.size());
+
     file_.append(block_);
     images_.append(draft.camera_image);
     images_.append(draft.depth_image);
+    lidar_images_.append(draft.intensity_image);
     next_block_offset_ += block_.size();
     nodes_.push_back(record);
     image_entries_.push_back(entry);
+    lidar_entries_.push_back(lidar_entry);
+  }
+
+  void set_report(std::string json) {
+    const std::string problem = problem_with_report(json);
+    if (!problem.empty()) {
+      throw MapError(path_.string() + ": " + problem);
+    }
+    report_ = std::move(json);
   }
 
   void finish() {
@@ -139,7 +154,14 @@ class MapWriter::Impl {
     add_section(format::kNodes, true, std::as_bytes(std::span(nodes_)));
     if (images_.size() > 0) {
       add_section(format::kImageEntries, false, std::as_bytes(std::span(image_entries_)));
-      add_images();
+      add_images(format::kImages, images_);
+    }
+    if (lidar_images_.size() > 0) {
+      add_section(format::kLidarEntries, false, std::as_bytes(std::span(lidar_entries_)));
+      add_images(format::kLidarImages, lidar_images_);
+    }
+    if (!report_.empty()) {
+      add_section(format::kReport, false, std::as_bytes(std::span(report_)));
     }
     file_.finish();
   }
@@ -187,7 +209,9 @@ class MapWriter::Impl {
       }
     }
     check_image(draft.camera_image, problem_with_camera_image(draft.camera_image));
-    check_image(draft.depth_image, problem_with_depth_image(draft.depth_image, info_.camera));
+    check_image(draft.depth_image, problem_with_image(kDepthKind, draft.depth_image, info_.camera));
+    check_image(draft.intensity_image,
+                problem_with_image(kIntensityKind, draft.intensity_image, info_.camera));
   }
 
   void check_image(std::span<const std::byte> image, const std::string& problem) const {
@@ -224,13 +248,13 @@ class MapWriter::Impl {
     file_.end_section();
   }
 
-  void add_images() {
-    file_.begin_section(format::kImages, format::kSectionVersion, false);
-    std::vector<std::byte> buffer(std::min<std::uint64_t>(kCopyChunk, images_.size()));
-    for (std::uint64_t offset = 0; offset < images_.size();) {
+  void add_images(std::string_view name, const SpoolFile& images) {
+    file_.begin_section(name, format::kSectionVersion, false);
+    std::vector<std::byte> buffer(std::min<std::uint64_t>(kCopyChunk, images.size()));
+    for (std::uint64_t offset = 0; offset < images.size();) {
       const auto chunk =
-          std::span(buffer).first(std::min<std::uint64_t>(buffer.size(), images_.size() - offset));
-      images_.read(offset, chunk);
+          std::span(buffer).first(std::min<std::uint64_t>(buffer.size(), images.size() - offset));
+      images.read(offset, chunk);
       file_.append(chunk);
       offset += chunk.size();
     }
@@ -241,8 +265,11 @@ class MapWriter::Impl {
   MapInfo info_;
   FileAssembler file_;
   SpoolFile images_;  ///< images come last in the file, after all the features
+  SpoolFile lidar_images_;
   std::vector<format::NodeRecord> nodes_;
   std::vector<format::ImageEntry> image_entries_;
+  std::vector<format::LidarEntry> lidar_entries_;
+  std::string report_;
   std::uint64_t next_block_offset_ = 0;
   std::vector<FeatureRecord> records_;  ///< of the node being added
   std::vector<std::byte> block_;        ///< of the node being added
@@ -253,6 +280,7 @@ MapWriter::MapWriter(const std::filesystem::path& path, const MapInfo& info)
     : impl_(std::make_unique<Impl>(path, info)) {}
 MapWriter::~MapWriter() = default;
 void MapWriter::add(const NodeDraft& draft) { impl_->add(draft); }
+void MapWriter::set_report(std::string json) { impl_->set_report(std::move(json)); }
 void MapWriter::finish() { impl_->finish(); }
 
 }  // namespace topoloc::map

@@ -13,8 +13,9 @@
 namespace topoloc::map {
 namespace {
 
-constexpr std::array kKnown{format::kFeatures, format::kInfo, format::kNodes, format::kImageEntries,
-                            format::kImages};
+constexpr std::array kKnown{format::kFeatures,     format::kInfo,   format::kNodes,
+                            format::kImageEntries, format::kImages, format::kLidarEntries,
+                            format::kLidarImages,  format::kReport};
 
 /// Names of damaged or foreign sections must not garble the terminal.
 std::string printable(const std::array<char, 4>& name) {

@@ -7,13 +7,23 @@
 #include "map/format.hpp"
 #include "map/section_table.hpp"
 
+#include <algorithm>
+#include <array>
+
 namespace topoloc::map {
+namespace {
+
+/// All that only people look at, except for the report: it is small and tells what to drive on.
+constexpr std::array kDropped{format::kImageEntries, format::kImages, format::kLidarEntries,
+                              format::kLidarImages};
+
+}  // namespace
 
 void strip(const std::filesystem::path& in, const std::filesystem::path& out) {
   const MapFile map(in);
   FileAssembler file(out);
   for (const SectionInfo& section : map.sections()) {
-    if (section.name == format::kImageEntries || section.name == format::kImages) {
+    if (std::find(kDropped.begin(), kDropped.end(), section.name) != kDropped.end()) {
       continue;
     }
     // What is copied is checked: damage must not get a fresh checksum.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/map/depth_codec.hpp"
+#include "topoloc/map/intensity_codec.hpp"
 #include "topoloc/map/maintenance.hpp"
 #include "topoloc/map/map_file.hpp"
 
@@ -30,6 +31,7 @@ class Verifier {
     for (std::size_t i = 0; i < map_.node_count(); ++i) {
       check_node(map_.node(i));
     }
+    check_report();
   }
 
  private:
@@ -93,18 +95,39 @@ class Verifier {
     if (!camera_problem.empty()) {
       add(format::kImages, offset_of(node.camera_image), name + camera_problem);
     }
-    std::string depth_problem = problem_with_depth_image(node.depth_image, map_.info().camera);
-    if (depth_problem.empty() && !node.depth_image.empty()) {
+    check_image(kDepthKind, node.depth_image, decode_depth, format::kImages, name);
+    check_image(kIntensityKind, node.intensity_image, decode_intensity, format::kLidarImages, name);
+  }
+
+  template <typename Decode>
+  void check_image(const ZstdImageKind& kind, std::span<const std::byte> image,
+                   const Decode& decode, std::string_view section, const std::string& node_name) {
+    std::string problem = problem_with_image(kind, image, map_.info().camera);
+    if (problem.empty() && !image.empty()) {
       try {
         int width_px = 0;
         int height_px = 0;
-        decode_depth(node.depth_image, width_px, height_px);
+        decode(image, width_px, height_px);
       } catch (const MapError& error) {
-        depth_problem = error.what();
+        problem = error.what();
       }
     }
-    if (!depth_problem.empty()) {
-      add(format::kImages, offset_of(node.depth_image), name + depth_problem);
+    if (!problem.empty()) {
+      add(section, offset_of(image), node_name + problem);
+    }
+  }
+
+  /// Not through MapFile::report(), which throws where check_bytes() has told already.
+  void check_report() {
+    const SectionInfo* const section = find_section(map_.sections(), format::kReport);
+    if (section == nullptr) {
+      return;
+    }
+    const auto text = content(map_.bytes(), *section);
+    const std::string problem =
+        problem_with_report({reinterpret_cast<const char*>(text.data()), text.size()});
+    if (!problem.empty()) {
+      add(format::kReport, section->offset, problem);
     }
   }
 

@@ -6,11 +6,14 @@
 #include "topoloc/map/map_file.hpp"
 #include "topoloc/map/map_writer.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
+#include <string_view>
+#include <utility>
 
 namespace topoloc::mapping {
 namespace {
@@ -37,13 +40,38 @@ void write_text(const std::filesystem::path& path, const std::string& text) {
   std::filesystem::rename(temporary, path);
 }
 
-std::optional<NodeReject> parse_reason(const std::string& text) {
-  for (const NodeReject reason : kReasons) {
-    if (text == name(reason)) {
-      return reason;
-    }
+/// The figures of a node (and why it was rejected) are kept as a report of one node.
+std::string report_text(std::size_t frame, const NodeOutcome& outcome) {
+  MapReport report;
+  NodeReport& node = report.nodes.emplace_back();
+  node.frame = frame;
+  if (outcome.rejected) {
+    node.rejected = name(*outcome.rejected);
   }
-  return std::nullopt;
+  node.figures = outcome.figures;
+  return to_json(report);
+}
+
+/// Nothing if the text is not what report_text() writes.
+std::optional<NodeOutcome> parse_outcome(std::string_view text) {
+  NodeOutcome outcome;
+  try {
+    const MapReport report = parse_map_report(text);
+    const NodeReport& node = report.nodes.at(0);
+    outcome.figures = node.figures;
+    if (node.rejected) {
+      const auto reason = std::find_if(kReasons.begin(), kReasons.end(), [&](NodeReject known) {
+        return name(known) == *node.rejected;
+      });
+      if (reason == kReasons.end()) {
+        return std::nullopt;
+      }
+      outcome.rejected = *reason;
+    }
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+  return outcome;
 }
 
 std::string numbered(std::size_t frame, const char* extension) {
@@ -64,6 +92,7 @@ map::NodeDraft to_draft(const map::NodeView& node) {
   draft.descriptors.assign(node.descriptors.begin(), node.descriptors.end());
   draft.camera_image.assign(node.camera_image.begin(), node.camera_image.end());
   draft.depth_image.assign(node.depth_image.begin(), node.depth_image.end());
+  draft.intensity_image.assign(node.intensity_image.begin(), node.intensity_image.end());
   return draft;
 }
 
@@ -96,31 +125,35 @@ std::filesystem::path BuildJournal::reject_file(std::size_t frame) const {
 }
 
 bool BuildJournal::contains(std::size_t frame) const {
-  if (parse_reason(read_text(reject_file(frame)))) {
+  if (parse_outcome(read_text(reject_file(frame)))) {
     return true;
   }
-  return std::filesystem::exists(node_file(frame)) && map::verify(node_file(frame)).ok();
+  return std::filesystem::exists(node_file(frame)) && map::verify(node_file(frame)).ok() &&
+         parse_outcome(map::MapFile(node_file(frame)).report());
 }
 
 void BuildJournal::store(std::size_t frame, const NodeOutcome& outcome) const {
   if (outcome.rejected) {
-    write_text(reject_file(frame), std::string(name(*outcome.rejected)));
+    write_text(reject_file(frame), report_text(frame, outcome));
     return;
   }
   map::MapWriter writer(node_file(frame), info_);
   writer.add(outcome.draft);
+  writer.set_report(report_text(frame, outcome));
   writer.finish();
 }
 
 NodeOutcome BuildJournal::load(std::size_t frame) const {
-  if (const auto reason = parse_reason(read_text(reject_file(frame)))) {
-    return {*reason, {}};
+  if (auto rejected = parse_outcome(read_text(reject_file(frame)))) {
+    return std::move(*rejected);
   }
   const map::MapFile file(node_file(frame), info_.model);
-  if (file.node_count() != 1) {
+  auto outcome = parse_outcome(file.report());
+  if (file.node_count() != 1 || !outcome) {
     throw std::runtime_error(node_file(frame).string() + ": is not the file of one node");
   }
-  return {std::nullopt, to_draft(file.node(0))};
+  outcome->draft = to_draft(file.node(0));
+  return std::move(*outcome);
 }
 
 void BuildJournal::remove() const { std::filesystem::remove_all(folder_); }

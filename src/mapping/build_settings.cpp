@@ -37,6 +37,8 @@ class Description {
 std::string describe_settings(const BuildPaths& paths, const BuildConfig& config,
                               const config::VehicleConfig& vehicle, const map::MapInfo& info) {
   Description d;
+  // 2: nodes with intensity image and figures.
+  d.line("journal", 2);
   d.line("creator", config.creator);
   d.file("cloud", paths.cloud);
   d.file("trajectory", paths.trajectory);

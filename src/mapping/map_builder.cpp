@@ -5,6 +5,7 @@
 #include "topoloc/drive/drive.hpp"
 #include "topoloc/map/map_file.hpp"
 #include "topoloc/map/map_writer.hpp"
+#include "topoloc/mapping/map_report.hpp"
 
 #include "mapping/build_journal.hpp"
 #include "mapping/build_settings.hpp"
@@ -19,6 +20,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 namespace topoloc::mapping {
 namespace {
@@ -134,14 +136,18 @@ void make_nodes(const NodeContext& context, const std::vector<PlannedNode>& pend
   }
 }
 
-/// Puts the journal's nodes into one map, in the order of the drive.
+/// Puts the journal's nodes into one map, in the order of the drive, and what became of each
+/// planned one into the map's report, of which all but the nodes is given.
 void assemble(const std::filesystem::path& out, const map::MapInfo& info,
-              const BuildJournal& journal, BuildReport& report) {
+              const BuildJournal& journal, MapReport map_report, BuildReport& report) {
   map::MapWriter writer(out, info);
   double depth_std_sum_m = 0.0;
   for (const PlannedNode& node : report.selection.nodes) {
     const NodeOutcome outcome = journal.load(node.frame);
+    map_report.nodes.push_back(
+        {node.frame, node.time_ns, node.T_world_imu.p, std::nullopt, outcome.figures});
     if (outcome.rejected) {
+      map_report.nodes.back().rejected = name(*outcome.rejected);
       report.rejected_nodes.push_back({node.frame, node.time_ns, *outcome.rejected});
       continue;
     }
@@ -160,6 +166,7 @@ void assemble(const std::filesystem::path& out, const map::MapInfo& info,
                   " nodes were rejected (the first: " +
                   std::string(name(report.rejected_nodes.front().reason)) + ")");
   }
+  writer.set_report(to_json(map_report));
   writer.finish();
   report.mean_depth_std_m =
       report.lifted > 0 ? depth_std_sum_m / static_cast<double>(report.lifted) : 0.0;
@@ -231,7 +238,11 @@ BuildReport build_map(const BuildPaths& paths, const BuildConfig& config,
   report.nodes_seconds = seconds_since(start);
 
   // Always through the journal, so that a resumed build cannot differ from an uninterrupted one.
-  assemble(paths.out, info, journal, report);
+  MapReport map_report;
+  map_report.creator = config.creator;
+  map_report.cloud_points = cloud.size();
+  map_report.cloud_has_intensity = cloud.has_intensity;
+  assemble(paths.out, info, journal, std::move(map_report), report);
   journal.remove();
   report.frames_rejected = frames.rejected();
   report.first_frame_error = frames.first_error();

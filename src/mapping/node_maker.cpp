@@ -6,6 +6,9 @@
 #include "topoloc/geometry/so3.hpp"
 #include "topoloc/map/depth_codec.hpp"
 #include "topoloc/map/feature_record.hpp"
+#include "topoloc/map/intensity_codec.hpp"
+
+#include "mapping/intensity_image.hpp"
 
 #include <opencv2/imgcodecs.hpp>
 
@@ -54,32 +57,46 @@ NodeMaker::NodeMaker(const NodeContext& context)
 
 NodeOutcome NodeMaker::make(const PlannedNode& node, const cv::Mat& raw) {
   if (raw.empty()) {
-    return {NodeReject::kUndecodableImage, {}};
+    return {NodeReject::kUndecodableImage, {}, {}};
   }
+  NodeOutcome outcome;
   const RigidTransform T_world_cam = node.T_world_imu * T_imu_cam_;
   const RenderedView view =
       render(context_.grid, undistorter_.target(), T_world_cam, context_.config.render);
+  outcome.figures["coverage"] = view.coverage();
   if (view.coverage() < context_.config.min_coverage) {
-    return {NodeReject::kCloudNotInView, {}};
+    outcome.rejected = NodeReject::kCloudNotInView;
+    return outcome;
   }
   undistorter_.undistort(raw, undistorted_);
   extractor_->extract(undistorted_, features_);
 
   map::NodeDraft draft;
   int lifted = 0;
+  double depth_std_sum_m = 0.0;
   for (int i = 0; i < features_.count; ++i) {
     const auto at = static_cast<std::size_t>(i);
     const Lift lift =
         mapping::lift(view, features_.pixels_px[at].cast<double>(), context_.config.lift);
-    lifted += lift.verdict == LiftVerdict::kLifted ? 1 : 0;
+    if (lift.verdict == LiftVerdict::kLifted) {
+      ++lifted;
+      depth_std_sum_m += lift.depth_std_m;
+    }
     draft.features.push_back({features_.pixels_px[at], static_cast<float>(lift.depth_m),
                               static_cast<float>(lift.depth_std_m), features_.scores[at]});
   }
+  outcome.figures["features"] = features_.count;
+  outcome.figures["lifted"] = lifted;
+  if (lifted > 0) {
+    outcome.figures["mean_depth_std_m"] = depth_std_sum_m / lifted;
+  }
   if (features_.count < context_.config.min_features) {
-    return {NodeReject::kTooFewFeatures, {}};
+    outcome.rejected = NodeReject::kTooFewFeatures;
+    return outcome;
   }
   if (lifted < context_.config.min_lifted) {
-    return {NodeReject::kTooFewLifted, {}};
+    outcome.rejected = NodeReject::kTooFewLifted;
+    return outcome;
   }
   const std::size_t values =
       draft.features.size() * static_cast<std::size_t>(features_.descriptor_dim);
@@ -90,7 +107,12 @@ NodeOutcome NodeMaker::make(const PlannedNode& node, const cv::Mat& raw) {
   draft.covariance = node_covariance(node, T_imu_cam_);
   draft.camera_image = encode_jpeg(undistorted_);
   draft.depth_image = map::encode_depth(view.depth_m, view.camera.width_px, view.camera.height_px);
-  return {std::nullopt, std::move(draft)};
+  if (context_.grid.cloud().has_intensity) {
+    draft.intensity_image =
+        map::encode_intensity(intensity_image(view), view.camera.width_px, view.camera.height_px);
+  }
+  outcome.draft = std::move(draft);
+  return outcome;
 }
 
 }  // namespace topoloc::mapping

@@ -4,6 +4,7 @@
 
 #include "topoloc/map/types.hpp"
 #include "topoloc/mapping/map_builder.hpp"
+#include "topoloc/mapping/map_report.hpp"
 #include "topoloc/mapping/node_selection.hpp"
 #include "topoloc/matching/features.hpp"
 #include "topoloc/matching/undistorter.hpp"
@@ -28,6 +29,7 @@ struct NodeContext {
 struct NodeOutcome {
   std::optional<NodeReject> rejected;
   map::NodeDraft draft;  ///< only if not rejected
+  Figures figures;       ///< as far as it got
 };
 
 /// Turns one image and its pose into a map node (M1, M3, M7). Holds a model: one per thread.

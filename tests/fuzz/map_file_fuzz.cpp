@@ -67,7 +67,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       for (const std::int8_t value : node.descriptors) {
         sum += static_cast<unsigned>(value);
       }
-      for (const auto image : {node.camera_image, node.depth_image}) {
+      for (const auto image : {node.camera_image, node.depth_image, node.intensity_image}) {
         for (const std::byte byte : image) {
           sum += std::to_integer<unsigned>(byte);
         }

@@ -26,7 +26,8 @@ struct VerifyReport {
   [[nodiscard]] bool ok() const { return problems.empty(); }
 };
 
-/// Reads every byte of a map: all checksums, all values of features, all depth images.
+/// Reads every byte of a map: all checksums, all values of features, all depth and intensity
+/// images, the build report.
 /// Never throws MapError: that a file cannot be opened is in the report too. `progress` is called
 /// now and then with the bytes done and the bytes to do.
 VerifyReport verify(const std::filesystem::path& path,

@@ -10,6 +10,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace topoloc::map {
@@ -17,6 +18,7 @@ namespace topoloc::map {
 namespace format {
 struct NodeRecord;
 struct ImageEntry;
+struct LidarEntry;
 }  // namespace format
 
 /// A node of an open map. The spans point into the mapped file and live as long as the MapFile.
@@ -30,6 +32,8 @@ struct NodeView {
   std::span<const std::int8_t> descriptors;  ///< features x descriptor_dim, row-major
   std::span<const std::byte> camera_image;   ///< empty in a stripped map
   std::span<const std::byte> depth_image;    ///< empty in a stripped map
+  /// Empty in a stripped map, and where the builder had no intensities.
+  std::span<const std::byte> intensity_image;
 };
 
 /// Where a section lies in the file.
@@ -63,6 +67,12 @@ class MapFile {
   [[nodiscard]] std::size_t node_count() const { return nodes_.size(); }
   /// False after `topoloc-map strip`.
   [[nodiscard]] bool has_images() const { return has_images_; }
+  /// False after `topoloc-map strip`, in maps of older programs, and for clouds without intensity.
+  [[nodiscard]] bool has_intensity_images() const { return has_intensity_images_; }
+
+  /// The build report as JSON (mapping::MapReport); empty in maps of older programs. Reads and
+  /// checks it: throws MapError if it is damaged.
+  [[nodiscard]] std::string_view report() const;
 
   /// Node i < node_count(). Touches no feature or image page, does not allocate.
   [[nodiscard]] NodeView node(std::size_t i) const;
@@ -95,6 +105,9 @@ class MapFile {
   bool has_images_ = false;
   std::span<const format::ImageEntry> image_entries_;
   std::span<const std::byte> images_;
+  bool has_intensity_images_ = false;
+  std::span<const format::LidarEntry> lidar_entries_;
+  std::span<const std::byte> lidar_images_;
 };
 
 }  // namespace topoloc::map

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
 
 namespace topoloc::map {
 
@@ -25,6 +26,10 @@ class MapWriter {
   /// covariances not symmetric positive semi-definite, features outside the image or not finite,
   /// descriptors that do not fit the features, counts above the limits of types.hpp.
   void add(const NodeDraft& draft);
+
+  /// The build report, JSON, that goes into the map; empty (as before the first call): none.
+  /// Refuses what is not JSON in UTF-8.
+  void set_report(std::string json);
 
   /// Completes the file, syncs it to disk and renames it into place. Call once, last.
   void finish();

@@ -70,6 +70,7 @@ struct NodeDraft {
   std::vector<std::int8_t> descriptors;  ///< features x descriptor_dim, see encode_descriptors()
   std::vector<std::byte> camera_image;  ///< JPEG or PNG of the undistorted grey image; may be empty
   std::vector<std::byte> depth_image;   ///< from encode_depth(); may be empty
+  std::vector<std::byte> intensity_image;  ///< from encode_intensity(); may be empty
 };
 
 /// Largest numbers that the file format takes; beyond them a file is refused as damaged.
@@ -78,5 +79,6 @@ inline constexpr std::size_t kMaxFeaturesPerNode = 16384;
 inline constexpr int kMaxDescriptorDim = 1024;
 /// Features are stored in 1/32 px in 16 bits.
 inline constexpr int kMaxImageSide_px = 2048;
+inline constexpr std::size_t kMaxReportSize = std::size_t{1} << 30;  ///< bytes of a build report
 
 }  // namespace topoloc::map

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/map/depth_codec.hpp"
+#include "topoloc/map/intensity_codec.hpp"
 #include "topoloc/map/types.hpp"
 
 #include <array>
@@ -132,6 +133,27 @@ TEST(DepthCodec, RefusesSizesThatDisagree) {
   EXPECT_THROW(encode_depth(depth_m, 2, 2), std::invalid_argument);
   EXPECT_THROW(encode_depth(depth_m, -2, -3), std::invalid_argument);
   EXPECT_THROW(encode_depth({}, 0, 0), std::invalid_argument);
+}
+
+TEST(IntensityCodec, KeepsEveryValue) {
+  std::vector<std::uint8_t> intensity(64 * 32);
+  for (std::size_t i = 0; i < intensity.size(); ++i) {
+    intensity[i] = static_cast<std::uint8_t>(i % 251);
+  }
+  int w = 0;
+  int h = 0;
+  EXPECT_EQ(decode_intensity(encode_intensity(intensity, 64, 32), w, h), intensity);
+  EXPECT_EQ(w, 64);
+  EXPECT_EQ(h, 32);
+}
+
+TEST(IntensityCodec, RefusesSizesThatDisagreeAndOtherImages) {
+  const std::vector<std::uint8_t> intensity(6, 1);
+  EXPECT_THROW(encode_intensity(intensity, 2, 2), std::invalid_argument);
+  int w = 0;
+  int h = 0;
+  const std::vector<std::byte> depth = encode_depth(std::vector<float>(6, 1.0F), 3, 2);
+  EXPECT_THROW(decode_intensity(depth, w, h), MapError);
 }
 
 TEST(DepthCodec, RefusesDamagedData) {

@@ -166,6 +166,11 @@ TEST_F(MapDamage, RefusesBadImageEntries) {
   EXPECT_REFUSED(map.set<std::uint64_t>(map.offset("IDIR") + 16, ~0ULL), "images of node 1");
   EXPECT_REFUSED(map.set<std::uint32_t>(map.offset("IDIR") + 32 + 8, 0xffffffff),
                  "its nodes' images take");
+  EXPECT_REFUSED(map.set<std::uint64_t>(map.offset("LDIR") + 16, ~0ULL),
+                 "section LDIR: images of node 1");
+  EXPECT_REFUSED(map.set<std::uint32_t>(map.offset("LDIR") + 32 + 8, 0xffffffff),
+                 "section LIMG of");
+  EXPECT_REFUSED(map.bytes().replace(map.entry("LIMG"), 4, "ABCD"), "section LIMG is missing");
 }
 
 TEST_F(MapDamage, VerifyNamesSectionAndByte) {
@@ -199,6 +204,34 @@ TEST_F(MapDamage, VerifyFindsDamagedDepthImagesBehindRightChecksums) {
   ASSERT_EQ(report.problems.size(), 1U);
   EXPECT_EQ(report.problems[0].section, "IMAG");
   EXPECT_THAT(report.problems[0].what, HasSubstr("depth image"));
+}
+
+TEST_F(MapDamage, VerifyFindsDamagedIntensityImagesBehindRightChecksums) {
+  MapBytes bytes(path());
+  bytes.set<char>(bytes.offset("LIMG") + 20, '\x7f').seal().write(path());
+  const VerifyReport report = verify(path());
+  ASSERT_EQ(report.problems.size(), 1U);
+  EXPECT_EQ(report.problems[0].section, "LIMG");
+  EXPECT_EQ(report.problems[0].offset, bytes.offset("LIMG"));
+  EXPECT_THAT(report.problems[0].what, HasSubstr("node 0: intensity image"));
+}
+
+TEST_F(MapDamage, VerifyFindsAReportThatIsNotJsonBehindRightChecksums) {
+  MapBytes bytes(path());
+  bytes.set<char>(bytes.offset("REPT"), '}').seal().write(path());
+  const VerifyReport report = verify(path());
+  ASSERT_EQ(report.problems.size(), 1U);
+  EXPECT_EQ(report.problems[0].section, "REPT");
+  EXPECT_THAT(report.problems[0].what, HasSubstr("not JSON"));
+}
+
+TEST_F(MapDamage, ADamagedReportIsNotGivenAndDoesNotStopTheRest) {
+  MapBytes bytes(path());
+  bytes.set<char>(bytes.offset("REPT") + 3, 'x').write(path());
+  const MapFile map(path());
+  EXPECT_EQ(map.node_count(), 3U);
+  EXPECT_THAT([&] { (void)map.report(); },
+              ThrowsMessage<MapError>(AllOf(HasSubstr("section REPT"), HasSubstr("is damaged"))));
 }
 
 TEST_F(MapDamage, StripRefusesADamagedMapAndLeavesTheOldFile) {

@@ -4,6 +4,7 @@
 
 #include "topoloc/geometry/so3.hpp"
 #include "topoloc/map/depth_codec.hpp"
+#include "topoloc/map/intensity_codec.hpp"
 #include "topoloc/map/map_writer.hpp"
 
 #include <cmath>
@@ -96,6 +97,11 @@ inline NodeDraft make_node(std::size_t i, std::size_t feature_count, const MapIn
       depth_m[k] = 1.0F + static_cast<float>(i);
     }
     node.depth_image = encode_depth(depth_m, info.camera.width_px, info.camera.height_px);
+    std::vector<std::uint8_t> intensity(depth_m.size());
+    for (std::size_t k = 0; k < intensity.size(); k += 97) {
+      intensity[k] = static_cast<std::uint8_t>(1 + (k + i) % 255);
+    }
+    node.intensity_image = encode_intensity(intensity, info.camera.width_px, info.camera.height_px);
   }
   return node;
 }
@@ -107,6 +113,7 @@ inline void write_map(const std::filesystem::path& path, std::size_t node_count,
   for (std::size_t i = 0; i < node_count; ++i) {
     writer.add(make_node(i, feature_count + i, info, images));
   }
+  writer.set_report(R"({"planned": )" + std::to_string(node_count) + "}");
   writer.finish();
 }
 

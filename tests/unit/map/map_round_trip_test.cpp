@@ -55,6 +55,9 @@ TEST_F(MapRoundTrip, KeepsEveryNode) {
                            draft.camera_image.begin(), draft.camera_image.end()));
     EXPECT_TRUE(std::equal(node.depth_image.begin(), node.depth_image.end(),
                            draft.depth_image.begin(), draft.depth_image.end()));
+    EXPECT_FALSE(node.intensity_image.empty());
+    EXPECT_TRUE(std::equal(node.intensity_image.begin(), node.intensity_image.end(),
+                           draft.intensity_image.begin(), draft.intensity_image.end()));
     ASSERT_EQ(node.features.size(), draft.features.size());
     for (std::size_t k = 0; k < node.features.size(); ++k) {
       const Feature& expected = draft.features[k];
@@ -107,7 +110,37 @@ TEST_F(MapRoundTrip, HasNoImageSectionsWithoutImages) {
   write_map(path(), 3, 4, make_info(), false);
   const MapFile map(path());
   EXPECT_FALSE(map.has_images());
-  EXPECT_EQ(map.sections().size(), 3U);
+  EXPECT_FALSE(map.has_intensity_images());
+  EXPECT_EQ(map.sections().size(), 4U);
+  EXPECT_TRUE(verify(path()).ok());
+}
+
+TEST_F(MapRoundTrip, KeepsTheReport) {
+  const std::string report = "{\"creator\": \"caf\u00e9 \xc3\xa9\", \"nodes\": []}\n";
+  MapWriter writer(path(), make_info());
+  writer.add(make_node(0, 3, make_info()));
+  writer.set_report(report);
+  writer.finish();
+  EXPECT_EQ(MapFile(path()).report(), report);
+  EXPECT_TRUE(verify(path()).ok());
+}
+
+TEST_F(MapRoundTrip, WithoutIntensityAndReportIsAMapAsOlderProgramsWrite) {
+  MapWriter writer(path(), make_info());
+  NodeDraft node = make_node(0, 3, make_info());
+  node.intensity_image.clear();
+  writer.add(node);
+  writer.finish();
+  const MapFile map(path());
+  std::string names;
+  for (const SectionInfo& section : map.sections()) {
+    names += section.name + " ";
+  }
+  EXPECT_EQ(names, "FEAT INFO NODE IDIR IMAG ");
+  EXPECT_TRUE(map.has_images());
+  EXPECT_FALSE(map.has_intensity_images());
+  EXPECT_TRUE(map.node(0).intensity_image.empty());
+  EXPECT_TRUE(map.report().empty());
   EXPECT_TRUE(verify(path()).ok());
 }
 
@@ -153,6 +186,7 @@ TEST_F(MapRoundTrip, SurvivesBeingMoved) {
   EXPECT_EQ(other.node(2).features.size(), 9U);
   other = MapFile(path("b.tmap"));
   EXPECT_EQ(other.node_count(), 4U);
+  EXPECT_FALSE(other.node(3).intensity_image.empty());
   EXPECT_TRUE(other.node_intact(3));
 }
 

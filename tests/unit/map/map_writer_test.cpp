@@ -59,6 +59,21 @@ TEST_F(MapWriting, RefusesBadNodesAndGoesOn) {
   refused("depth image of 2 x 1 px", [](NodeDraft& n) {
     n.depth_image = encode_depth(std::vector<float>{1.0F, 2.0F}, 2, 1);
   });
+  refused("intensity image of 2 x 1 px", [](NodeDraft& n) {
+    n.intensity_image = encode_intensity(std::vector<std::uint8_t>{1, 2}, 2, 1);
+  });
+  refused("does not begin with TIZ1", [](NodeDraft& n) { n.intensity_image = n.depth_image; });
+}
+
+TEST_F(MapWriting, RefusesAReportThatIsNotJsonInUtf8) {
+  MapWriter writer(path(), make_info());
+  const auto refused = [&](const char* text) {
+    EXPECT_THAT([&] { writer.set_report(text); },
+                ThrowsMessage<MapError>(AllOf(HasSubstr("test.tmap"), HasSubstr("not JSON"))));
+  };
+  refused("{");
+  refused("nodes: 3");
+  refused("\"\xff\"");
 }
 
 TEST_F(MapWriting, ARefusedNodeLeavesTheMapAsItWas) {
@@ -70,6 +85,8 @@ TEST_F(MapWriting, ARefusedNodeLeavesTheMapAsItWas) {
     bad.features.back().score = NAN;
     EXPECT_THROW(writer.add(bad), MapError);
     writer.add(make_node(1, 4, info));
+    EXPECT_THROW(writer.set_report("{"), MapError);
+    writer.set_report(R"({"planned": 2})");
     writer.finish();
   }
   write_map(path("good.tmap"), 2, 3, info);
@@ -151,7 +168,11 @@ TEST_F(MapWriting, StripRemovesTheImagesAndNothingElse) {
   strip(path("full.tmap"), path("stripped.tmap"));
   EXPECT_EQ(MapBytes(path("stripped.tmap")).bytes(), MapBytes(path("without.tmap")).bytes());
   EXPECT_TRUE(verify(path("stripped.tmap")).ok());
-  EXPECT_TRUE(MapFile(path("stripped.tmap")).node(3).depth_image.empty());
+  const MapFile stripped(path("stripped.tmap"));
+  EXPECT_TRUE(stripped.node(3).depth_image.empty());
+  EXPECT_FALSE(stripped.has_intensity_images());
+  EXPECT_TRUE(stripped.node(3).intensity_image.empty());
+  EXPECT_EQ(stripped.report(), R"({"planned": 4})");
 }
 
 TEST_F(MapWriting, StripWorksInPlaceAndTwice) {

@@ -3,6 +3,7 @@
 #include "mapping/build_journal.hpp"
 
 #include "topoloc/map/depth_codec.hpp"
+#include "topoloc/map/intensity_codec.hpp"
 
 #include "support/temporary_folder.hpp"
 #include "unit/mapping/synthetic_cloud.hpp"
@@ -41,7 +42,10 @@ NodeOutcome finished_node() {
   draft.depth_image = map::encode_depth(
       std::vector<float>(static_cast<std::size_t>(kCamera.width_px * kCamera.height_px), 7.5F),
       kCamera.width_px, kCamera.height_px);
-  return {std::nullopt, draft};
+  draft.intensity_image = map::encode_intensity(
+      std::vector<std::uint8_t>(static_cast<std::size_t>(kCamera.width_px * kCamera.height_px), 77),
+      kCamera.width_px, kCamera.height_px);
+  return {std::nullopt, draft, {{"coverage", 1.0 / 3.0}, {"lifted", 3.0}}};
 }
 
 class BuildJournalTest : public ::testing::Test {
@@ -75,6 +79,9 @@ TEST_F(BuildJournalTest, GivesANodeBackAfterReopening) {
   EXPECT_EQ(loaded.draft.descriptors, stored.draft.descriptors);
   EXPECT_EQ(loaded.draft.camera_image, stored.draft.camera_image);
   EXPECT_EQ(loaded.draft.depth_image, stored.draft.depth_image);
+  EXPECT_FALSE(loaded.draft.intensity_image.empty());
+  EXPECT_EQ(loaded.draft.intensity_image, stored.draft.intensity_image);
+  EXPECT_EQ(loaded.figures, stored.figures);
   ASSERT_EQ(loaded.draft.features.size(), 3U);
   EXPECT_NEAR(loaded.draft.features[2].pixel_px.x(), 50.7F, 1.0F / 32.0F);
 }
@@ -92,9 +99,10 @@ TEST_F(BuildJournalTest, RemembersWhyANodeWasRejected) {
   const BuildJournal journal = open();
   for (int i = 0; i < kNodeRejectCount; ++i) {
     const auto frame = static_cast<std::size_t>(i);
-    journal.store(frame, {static_cast<NodeReject>(i), {}});
+    journal.store(frame, {static_cast<NodeReject>(i), {}, {{"coverage", 0.1 * i}}});
     ASSERT_TRUE(journal.contains(frame));
     EXPECT_EQ(journal.load(frame).rejected, static_cast<NodeReject>(i));
+    EXPECT_EQ(journal.load(frame).figures, (Figures{{"coverage", 0.1 * i}}));
   }
 }
 

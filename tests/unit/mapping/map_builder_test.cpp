@@ -2,13 +2,17 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/mapping/map_builder.hpp"
 
+#include "topoloc/map/depth_codec.hpp"
+#include "topoloc/map/intensity_codec.hpp"
 #include "topoloc/map/maintenance.hpp"
 #include "topoloc/map/map_file.hpp"
+#include "topoloc/mapping/map_report.hpp"
 
 #include "support/temporary_folder.hpp"
 #include "unit/mapping/synthetic_drive.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -113,6 +117,54 @@ TEST_F(MapBuilderTest, PutsFeaturesOnTheSurfacesOfTheCloud) {
   }
   EXPECT_GT(lifted, map.node_count() * 100U);
   EXPECT_LE(off * 100, lifted) << off << " of " << lifted;
+}
+
+TEST_F(MapBuilderTest, KeepsTheIntensityOfTheCloud) {
+  build_map(drive_.paths, config_);
+  const map::MapFile map(drive_.paths.out);
+  ASSERT_TRUE(map.has_intensity_images());
+  int width_px = 0;
+  int height_px = 0;
+  const auto intensity = map::decode_intensity(map.node(0).intensity_image, width_px, height_px);
+  const auto depth_m = map::decode_depth(map.node(0).depth_image, width_px, height_px);
+  std::array<std::size_t, 256> histogram{};
+  for (std::size_t i = 0; i < intensity.size(); ++i) {
+    EXPECT_EQ(intensity[i] == 0, depth_m[i] == 0.0F);
+    ++histogram[intensity[i]];
+  }
+  EXPECT_GT(histogram[125], 1000U) << "ground";
+  EXPECT_GT(histogram[250], 1000U) << "walls";
+  EXPECT_EQ(histogram[0] + histogram[125] + histogram[250], intensity.size());
+}
+
+TEST_F(MapBuilderTest, ReportsEveryPlannedNode) {
+  auto images = SyntheticDrive::patchwork_images();
+  images[5] = SyntheticDrive::jpeg(5, cv::Mat(384, 640, CV_8UC1, cv::Scalar(128)));
+  drive_.write_images(images);
+  build_map(drive_.paths, config_);
+  const map::MapFile map(drive_.paths.out);
+  const MapReport report = parse_map_report(map.report());
+  EXPECT_EQ(report.creator, "test");
+  EXPECT_EQ(report.refine, "none");
+  EXPECT_GT(report.cloud_points, 100'000U);
+  EXPECT_TRUE(report.cloud_has_intensity);
+  ASSERT_EQ(report.nodes.size(), 5U);
+  for (std::size_t i = 0; i < 5; ++i) {
+    const NodeReport& node = report.nodes[i];
+    EXPECT_EQ(node.frame, 5 * i);
+    EXPECT_EQ(node.time_ns, (SyntheticDrive::kStart_us +
+                             static_cast<std::int64_t>(5 * i) * SyntheticDrive::kFrame_us) *
+                                1000);
+    EXPECT_LT((node.position_m - Eigen::Vector3d(5.0 * static_cast<double>(i), 0, 0)).norm(), 1e-6);
+    EXPECT_GT(node.figures.at("coverage"), 0.05);
+    EXPECT_EQ(node.rejected.value_or("accepted"), i == 1 ? "too_few_features" : "accepted");
+  }
+  EXPECT_LT(report.nodes[1].figures.at("features"), 50.0);
+  const map::NodeView second = map.node(1);
+  EXPECT_EQ(report.nodes[2].figures.at("features"), second.features.size());
+  EXPECT_EQ(report.nodes[2].figures.at("lifted"), second.quality.lifted_count);
+  EXPECT_NEAR(report.nodes[2].figures.at("mean_depth_std_m"),
+              static_cast<double>(second.quality.mean_depth_std_m), 0.01);
 }
 
 TEST_F(MapBuilderTest, NumberOfThreadsDoesNotChangeAByte) {

@@ -59,6 +59,11 @@ class SyntheticDrive {
     evaluation::write_tum(paths.trajectory, trajectory);
   }
 
+  /// The ground is dark, the walls are bright.
+  static float intensity_at(const Eigen::Vector3f& point) {
+    return point.z() < static_cast<float>(kGround_m) + 0.01F ? 0.25F : 0.5F;
+  }
+
   /// The street's walls and ground, moved by `shift_m` along x.
   void write_cloud(double shift_m) const {
     constexpr double kStep_m = 0.07;
@@ -82,9 +87,12 @@ class SyntheticDrive {
     }
     std::ofstream ply(paths.cloud, std::ios::binary);
     ply << "ply\nformat binary_little_endian 1.0\nelement vertex " << points.size()
-        << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+        << "\nproperty float x\nproperty float y\nproperty float z\nproperty float "
+           "intensity\nend_header\n";
     for (const Eigen::Vector3f& point : points) {
       ply.write(reinterpret_cast<const char*>(point.data()), 3 * sizeof(float));
+      const float intensity = intensity_at(point);
+      ply.write(reinterpret_cast<const char*>(&intensity), sizeof(intensity));
     }
   }
 

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "overlay_image.hpp"
+
+#include "drawing.hpp"
+#include "lidar_edges.hpp"
+
+#include <cmath>
+
+#include <opencv2/imgproc.hpp>
+
+namespace topoloc::apps {
+namespace {
+
+constexpr int kPanelWidth_px = 960;
+constexpr int kTitle_px = 36;
+constexpr int kCaption_px = 26;
+constexpr int kSpace_px = 8;
+constexpr int kFillReach_px = 3;
+
+const cv::Scalar kIntensityEdge(80, 255, 80);
+const cv::Scalar kDepthEdge(60, 110, 255);
+
+cv::Mat enlarged(const cv::Mat& image, cv::Size size, int interpolation) {
+  cv::Mat out;
+  cv::resize(image, out, size, 0, 0, interpolation);
+  return out;
+}
+
+cv::Mat coloured(const cv::Mat& grey) {
+  cv::Mat out;
+  cv::cvtColor(grey, out, cv::COLOR_GRAY2BGR);
+  return out;
+}
+
+/// Darker and with less contrast, so that colours on it stand out.
+cv::Mat backdrop(const cv::Mat& grey) {
+  cv::Mat dark;
+  grey.convertTo(dark, -1, 0.62, 12.0);
+  return coloured(dark);
+}
+
+/// Dark asphalt takes most of the image: its shades need most of the range.
+cv::Mat brightened(const cv::Mat& intensity) {
+  cv::Mat out;
+  cv::sqrt(intensity / 255.0, out);
+  out.convertTo(out, CV_8U, 255.0);
+  return out;
+}
+
+cv::Mat colour_over(const cv::Mat& grey, const cv::Mat& intensity, const cv::Mat& known) {
+  constexpr double kOpacity = 0.5;
+  cv::Mat colours;
+  cv::applyColorMap(intensity, colours, cv::COLORMAP_TURBO);
+  cv::Mat mixed = coloured(grey);
+  cv::Mat blend;
+  cv::addWeighted(colours, kOpacity, mixed, 1.0 - kOpacity, 0.0, blend);
+  blend.copyTo(mixed, known);
+  return mixed;
+}
+
+/// Thin lines at the panel's own resolution, over pixels of the smaller image.
+void draw_edges(cv::Mat& panel, const cv::Mat& edges, const cv::Scalar& colour) {
+  cv::Mat large = enlarged(edges, panel.size(), cv::INTER_LINEAR);
+  panel.setTo(colour, large > 100);
+}
+
+/// A page that panels are put on in two columns.
+class Page {
+ public:
+  Page(cv::Size panel, const std::string& title)
+      : panel_(panel),
+        page_(kTitle_px + 2 * (panel.height + kCaption_px + kSpace_px), 2 * panel.width + kSpace_px,
+              CV_8UC3, kWhite) {
+    draw_text(page_, title, {10, 25}, kInk, 0.65);
+  }
+  void put(int column, int row, const cv::Mat& image, const std::string& caption) {
+    const cv::Point at(column * (panel_.width + kSpace_px),
+                       kTitle_px + row * (panel_.height + kCaption_px + kSpace_px));
+    draw_text(page_, caption, at + cv::Point(10, 18), kInk, 0.5);
+    image.copyTo(page_(cv::Rect(at + cv::Point(0, kCaption_px), panel_)));
+  }
+  /// A line of a legend, right-aligned in the caption of a panel; returns where it begins.
+  int legend(int column, int row, int right_px, const std::string& text, const cv::Scalar& colour) {
+    const cv::Point at(column * (panel_.width + kSpace_px) + right_px - text_width(text),
+                       kTitle_px + row * (panel_.height + kCaption_px + kSpace_px) + 18);
+    draw_text(page_, text, at, kInk);
+    const cv::Rect swatch(at.x - 26, at.y - 9, 18, 7);
+    cv::rectangle(page_, swatch, colour, cv::FILLED);
+    cv::rectangle(page_, swatch, kInk, 1);
+    return right_px - text_width(text) - 44;
+  }
+  [[nodiscard]] const cv::Mat& image() const { return page_; }
+
+ private:
+  cv::Size panel_;
+  cv::Mat page_;
+};
+
+}  // namespace
+
+cv::Mat draw_overlay(const NodeImages& images, const std::string& title) {
+  const cv::Mat filled = fill_small_holes(images.intensity, kFillReach_px);
+  const cv::Mat depth_m = fill_small_holes(images.depth_m, kFillReach_px);
+  const cv::Mat known = filled > 0.0F;
+  const cv::Mat bright = brightened(filled);
+
+  const double scale = static_cast<double>(kPanelWidth_px) / images.grey.cols;
+  const cv::Size panel(kPanelWidth_px, static_cast<int>(std::lround(scale * images.grey.rows)));
+  const cv::Mat camera = enlarged(images.grey, panel, cv::INTER_CUBIC);
+
+  Page page(panel, title);
+  page.put(0, 0, coloured(camera), "camera");
+  page.put(1, 0, coloured(enlarged(bright, panel, cv::INTER_NEAREST)),
+           "LiDAR intensity, holes up to 6 px filled (black: nothing)");
+  page.put(0, 1,
+           colour_over(camera, enlarged(bright, panel, cv::INTER_LINEAR),
+                       enlarged(known, panel, cv::INTER_NEAREST)),
+           "LiDAR intensity over camera (blue: dark, red: bright)");
+  cv::Mat edges = backdrop(camera);
+  draw_edges(edges, depth_edges(depth_m), kDepthEdge);
+  draw_edges(edges, intensity_edges(filled), kIntensityEdge);
+  page.put(1, 1, edges, "LiDAR edges over camera");
+  const int left = page.legend(1, 1, panel.width - 10, "jump of depth", kDepthEdge);
+  page.legend(1, 1, left, "edge of intensity", kIntensityEdge);
+  return page.image();
+}
+
+}  // namespace topoloc::apps
