@@ -31,8 +31,9 @@ int main(int argc, char** argv) {
   out.precision(12);
   for (const auto& p : poses) {
     const auto q = p.T_world_imu.quaternion();
+    if (p.frame % 20 == 0) { for (auto& [k,v] : p.figures) std::fprintf(stderr, "%s %.3f ", k.c_str(), v); std::fprintf(stderr,"\n"); }
     out << p.time_ns << ' ' << p.T_world_imu.p.transpose() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z() << ' ' << q.w();
     for (int i = 0; i < 6; ++i) for (int j = 0; j < 6; ++j) out << ' ' << p.covariance(i,j);
-    out << ' ' << (p.rejected ? *p.rejected : "-") << '\n';
+    out << ' ' << (p.rejected ? name(*p.rejected) : "-") << '\n';
   }
 }

@@ -18,10 +18,6 @@
 namespace topoloc::mapping {
 namespace {
 
-constexpr std::array kReasons{NodeReject::kUndecodableImage, NodeReject::kCloudNotInView,
-                              NodeReject::kTooFewFeatures, NodeReject::kTooFewLifted};
-static_assert(kReasons.size() == kNodeRejectCount);
-
 std::string read_text(const std::filesystem::path& path) {
   std::ifstream stream(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
@@ -60,10 +56,10 @@ std::optional<NodeOutcome> parse_outcome(std::string_view text) {
     const NodeReport& node = report.nodes.at(0);
     outcome.figures = node.figures;
     if (node.rejected) {
-      const auto reason = std::find_if(kReasons.begin(), kReasons.end(), [&](NodeReject known) {
+      const auto reason = std::find_if(kNodeRejects.begin(), kNodeRejects.end(), [&](NodeReject known) {
         return name(known) == *node.rejected;
       });
-      if (reason == kReasons.end()) {
+      if (reason == kNodeRejects.end()) {
         return std::nullopt;
       }
       outcome.rejected = *reason;

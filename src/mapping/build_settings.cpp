@@ -41,7 +41,9 @@ std::string describe_settings(const BuildPaths& paths, const BuildConfig& config
   d.line("journal", 2);
   d.line("creator", config.creator);
   d.file("cloud", paths.cloud);
-  d.file("trajectory", paths.trajectory);
+  if (!paths.trajectory.empty()) {
+    d.file("trajectory", paths.trajectory);
+  }
   d.file("camera log", paths.drive / "camera.lcm");
 
   const config::CameraConfig& camera = vehicle.camera;

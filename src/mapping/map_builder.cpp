@@ -68,6 +68,26 @@ Selection plan_nodes(const BuildPaths& paths, const drive::FrameLog& frames,
   return selection;
 }
 
+/// The same among the frames that a refiner gave a pose.
+Selection plan_refined(const std::vector<RefinedPose>& poses, SelectionConfig config) {
+  config.frames = FrameParity::kAll;  // the refiner has chosen
+  std::vector<std::int64_t> times_ns;
+  evaluation::Trajectory trajectory;
+  for (const RefinedPose& pose : poses) {
+    times_ns.push_back(pose.time_ns);
+    trajectory.push_back({pose.time_ns, pose.T_world_imu});
+  }
+  Selection selection = select_nodes(times_ns, trajectory, config);
+  for (PlannedNode& node : selection.nodes) {
+    const RefinedPose& pose = poses[node.frame];
+    node.frame = pose.frame;
+    node.covariance = pose.covariance;
+    node.rejected = pose.rejected;
+    node.figures = pose.figures;
+  }
+  return selection;
+}
+
 /// A cloud in another frame, or of another place, shows before any node is made.
 void check_cloud_is_here(const BuildPaths& paths, const BuildConfig& config,
                          const config::VehicleConfig& vehicle, const CloudGrid& grid,
@@ -143,11 +163,13 @@ void assemble(const std::filesystem::path& out, const map::MapInfo& info,
   map::MapWriter writer(out, info);
   double depth_std_sum_m = 0.0;
   for (const PlannedNode& node : report.selection.nodes) {
-    const NodeOutcome outcome = journal.load(node.frame);
-    map_report.nodes.push_back(
-        {node.frame, node.time_ns, node.T_world_imu.p, std::nullopt, outcome.figures});
+    const NodeOutcome outcome =
+        node.rejected ? NodeOutcome{node.rejected, {}, {}} : journal.load(node.frame);
+    NodeReport& node_report = map_report.nodes.emplace_back(
+        NodeReport{node.frame, node.time_ns, node.T_world_imu.p, std::nullopt, node.figures});
+    node_report.figures.insert(outcome.figures.begin(), outcome.figures.end());
     if (outcome.rejected) {
-      map_report.nodes.back().rejected = name(*outcome.rejected);
+      node_report.rejected = name(*outcome.rejected);
       report.rejected_nodes.push_back({node.frame, node.time_ns, *outcome.rejected});
       continue;
     }
@@ -175,32 +197,22 @@ void assemble(const std::filesystem::path& out, const map::MapInfo& info,
 
 }  // namespace
 
-std::string_view name(NodeReject reason) {
-  switch (reason) {
-    case NodeReject::kUndecodableImage:
-      return "undecodable_image";
-    case NodeReject::kCloudNotInView:
-      return "cloud_not_in_view";
-    case NodeReject::kTooFewFeatures:
-      return "too_few_features";
-    case NodeReject::kTooFewLifted:
-      return "too_few_lifted";
-  }
-  return "unknown";
-}
-
 BuildReport build_map(const BuildPaths& paths, const BuildConfig& config,
-                      const BuildProgress& progress) {
+                      const BuildProgress& progress, PoseRefiner* refiner) {
   BuildReport report;
   check_out(paths.out);
   // Of the drive only the camera matters here: no can.log is needed to make a map.
   drive::Drive drive;
   drive.dir = paths.drive;
   drive.vehicle = config::load_vehicle_config(paths.drive / "vehicle.yaml");
-  const evaluation::Trajectory trajectory = evaluation::read_tum(paths.trajectory);
   drive::FrameLog frames = drive::open_frames(drive);
   report.frames = frames.size();
-  report.selection = plan_nodes(paths, frames, trajectory, config.selection);
+  if (!paths.trajectory.empty()) {
+    report.selection =
+        plan_nodes(paths, frames, evaluation::read_tum(paths.trajectory), config.selection);
+  } else if (refiner == nullptr) {
+    throw std::invalid_argument("a map needs a trajectory, or a refiner that finds one");
+  }
   const map::ModelIdentity model = matching::make_extractor(drive.vehicle.matching)->identity();
 
   auto start = std::chrono::steady_clock::now();
@@ -214,6 +226,18 @@ BuildReport build_map(const BuildPaths& paths, const BuildConfig& config,
   report.cloud_on_disk = grid.spilled_runs() > 0;
   report.cloud_seconds = seconds_since(start);
   check_cloud_is_here(paths, config, drive.vehicle, grid, report.selection);
+  if (refiner != nullptr) {
+    start = std::chrono::steady_clock::now();
+    report.selection = plan_refined(refiner->refine(grid, frames, progress.poses), config.selection);
+    report.poses_seconds = seconds_since(start);
+  } else {
+    Eigen::Matrix<double, 6, 1> std;
+    std << Eigen::Vector3d::Constant(config.trajectory_std_rad),
+        Eigen::Vector3d::Constant(config.trajectory_std_m);
+    for (PlannedNode& node : report.selection.nodes) {
+      node.covariance = std.cwiseAbs2().asDiagonal();
+    }
+  }
 
   map::MapInfo info;
   info.camera = matching::matching_camera(drive.vehicle.matching);
@@ -224,22 +248,31 @@ BuildReport build_map(const BuildPaths& paths, const BuildConfig& config,
 
   std::filesystem::path partial = paths.out;
   partial += ".partial";
-  const BuildJournal journal(partial, describe_settings(paths, config, drive.vehicle, info), info);
+  std::string settings = describe_settings(paths, config, drive.vehicle, info);
+  if (refiner != nullptr) {
+    settings += refiner->settings();
+  }
+  const BuildJournal journal(partial, settings, info);
   std::vector<PlannedNode> pending;
   for (const PlannedNode& node : report.selection.nodes) {
-    if (!journal.contains(node.frame)) {
+    if (!node.rejected && !journal.contains(node.frame)) {
       pending.push_back(node);
     }
   }
-  report.nodes_resumed = report.selection.nodes.size() - pending.size();
+  const auto refused = static_cast<std::size_t>(
+      std::count_if(report.selection.nodes.begin(), report.selection.nodes.end(),
+                    [](const PlannedNode& node) { return node.rejected.has_value(); }));
+  report.nodes_resumed = report.selection.nodes.size() - refused - pending.size();
   start = std::chrono::steady_clock::now();
-  make_nodes({grid, drive.vehicle, config}, pending, report.selection.nodes.size(), frames, journal,
+  make_nodes({grid, drive.vehicle, config}, pending, report.selection.nodes.size() - refused, frames,
+             journal,
              progress.nodes);
   report.nodes_seconds = seconds_since(start);
 
   // Always through the journal, so that a resumed build cannot differ from an uninterrupted one.
   MapReport map_report;
   map_report.creator = config.creator;
+  map_report.refine = refiner != nullptr ? "auto" : "none";
   map_report.cloud_points = cloud.size();
   map_report.cloud_has_intensity = cloud.has_intensity;
   assemble(paths.out, info, journal, std::move(map_report), report);

@@ -8,13 +8,10 @@
 #include <stdexcept>
 
 namespace topoloc::mapping {
-namespace {
 
 bool is_used(std::size_t frame, FrameParity parity) {
   return parity == FrameParity::kAll || (frame % 2 == 0) == (parity == FrameParity::kEven);
 }
-
-}  // namespace
 
 Selection select_nodes(std::span<const std::int64_t> times_ns,
                        const evaluation::Trajectory& trajectory, const SelectionConfig& config) {
@@ -45,7 +42,7 @@ Selection select_nodes(std::span<const std::int64_t> times_ns,
         continue;
       }
     }
-    selection.nodes.push_back({frame, times_ns[frame], *pose});
+    selection.nodes.push_back({.frame = frame, .time_ns = times_ns[frame], .T_world_imu = *pose});
   }
   return selection;
 }

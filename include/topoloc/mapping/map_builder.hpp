@@ -4,8 +4,10 @@
 
 #include "topoloc/config/vehicle_config.hpp"
 #include "topoloc/mapping/lift.hpp"
+#include "topoloc/mapping/node_reject.hpp"
 #include "topoloc/mapping/node_selection.hpp"
 #include "topoloc/mapping/point_cloud.hpp"
+#include "topoloc/mapping/pose_refiner.hpp"
 #include "topoloc/mapping/render.hpp"
 #include "topoloc/transport/lcm_log.hpp"
 
@@ -23,7 +25,8 @@ namespace topoloc::mapping {
 struct BuildPaths {
   std::filesystem::path drive;       ///< folder with camera.lcm and vehicle.yaml
   std::filesystem::path cloud;       ///< .pcd, .ply, .las or .laz, in the world frame
-  std::filesystem::path trajectory;  ///< TUM, T_world_imu of the mapping drive
+  /// TUM, T_world_imu of the mapping drive; may be empty if a PoseRefiner needs none.
+  std::filesystem::path trajectory;
   std::filesystem::path out;         ///< the map file
 };
 
@@ -33,7 +36,7 @@ struct BuildConfig {
   RenderConfig render;
   LiftConfig lift;
   /// Standard deviation per axis of the trajectory's poses against the cloud: becomes the
-  /// covariance of every node (no refinement of poses yet).
+  /// covariance of every node where the poses are taken as they are.
   double trajectory_std_m = 0.02;
   double trajectory_std_rad = 0.05 * std::numbers::pi / 180.0;
   double min_coverage = 0.005;  ///< share of pixels that must show the cloud
@@ -45,16 +48,6 @@ struct BuildConfig {
   std::uint64_t cloud_memory_bytes = std::uint64_t{1024} << 20U;
   std::string creator;  ///< program and version, goes into the map
 };
-
-/// Why a planned node is not in the map.
-enum class NodeReject {
-  kUndecodableImage,
-  kCloudNotInView,  ///< coverage below min_coverage
-  kTooFewFeatures,
-  kTooFewLifted,
-};
-inline constexpr int kNodeRejectCount = 4;
-std::string_view name(NodeReject reason);
 
 struct RejectedNode {
   std::size_t frame = 0;
@@ -81,16 +74,19 @@ struct BuildReport {
   double cloud_spacing_m = 0.0;  ///< median distance of neighbouring points
   bool cloud_on_disk = false;    ///< it did not fit into cloud_memory_bytes
   double cloud_seconds = 0.0;    ///< loading and sorting
+  double poses_seconds = 0.0;  ///< wall clock of refinement
   double nodes_seconds = 0.0;    ///< wall clock of all nodes
 };
 
 /// Called from worker threads, one at a time.
 struct BuildProgress {
   Progress cloud;
+  Progress poses;  ///< refinement
   Progress nodes;
 };
 
-/// Builds a map from a cloud and a drive whose poses are known (method parts M1, M3, M7).
+/// Builds a map from a cloud and a drive (method parts M1, M3, M7): at the poses of the trajectory,
+/// or at those that `refiner` finds.
 ///
 /// Finished nodes are kept in `<out>.partial/` until the map is complete: a build that was killed
 /// goes on where it stopped if inputs and settings are the same, and gives the same file as one
@@ -100,6 +96,6 @@ struct BuildProgress {
 /// inputs, a trajectory that covers no frame, a cloud that lies elsewhere than the drive, no node
 /// good enough.
 BuildReport build_map(const BuildPaths& paths, const BuildConfig& config,
-                      const BuildProgress& progress = {});
+                      const BuildProgress& progress = {}, PoseRefiner* refiner = nullptr);
 
 }  // namespace topoloc::mapping

@@ -4,10 +4,13 @@
 
 #include "topoloc/evaluation/trajectory.hpp"
 #include "topoloc/geometry/rigid_transform.hpp"
+#include "topoloc/mapping/map_report.hpp"
+#include "topoloc/mapping/node_reject.hpp"
 
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -18,6 +21,9 @@ namespace topoloc::mapping {
 /// Which frames of a drive are used, by their order number in the camera log (from 0). Mapping
 /// with even and localising with odd frames keeps the two apart on a single drive.
 enum class FrameParity { kEven, kOdd, kAll };
+
+/// Whether a frame is one of those to use.
+bool is_used(std::size_t frame, FrameParity parity);
 
 struct SelectionConfig {
   FrameParity frames = FrameParity::kAll;
@@ -35,6 +41,8 @@ struct PlannedNode {
   /// Of the pose's error (theta [rad], t [m]) in the vehicle's own axes: R_true = R Exp(theta),
   /// p_true = p + R t.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  std::optional<NodeReject> rejected = std::nullopt;  ///< its pose is no good
+  Figures figures = {};                               ///< of its pose
 };
 
 struct Selection {

@@ -5,10 +5,11 @@
 #include "topoloc/drive/frame_log.hpp"
 #include "topoloc/geometry/rigid_transform.hpp"
 #include "topoloc/mapping/cloud_grid.hpp"
+#include "topoloc/mapping/map_report.hpp"
+#include "topoloc/mapping/node_reject.hpp"
 #include "topoloc/mapping/point_cloud.hpp"
 
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,15 +26,18 @@ struct RefinedPose {
   /// Of the error (theta [rad], t [m]) in the vehicle's own axes: R_true = R Exp(theta),
   /// p_true = p + R t.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-  std::optional<std::string> rejected;  ///< why no node may be made of it
+  std::optional<NodeReject> rejected;  ///< why no node may be made of it
   /// What the verdict rests on, by name with unit ("std_m", "track_residual_px"): goes into the map.
-  std::map<std::string, double> figures;
+  Figures figures;
 };
 
 /// Finds the poses of a drive's frames in a cloud.
 class PoseRefiner {
  public:
   virtual ~PoseRefiner() = default;
+  /// What its result depends on beside cloud and frames: an interrupted build goes on only with
+  /// the same.
+  [[nodiscard]] virtual std::string settings() const = 0;
   /// In time order. Throws std::runtime_error where drive and cloud do not belong together.
   virtual std::vector<RefinedPose> refine(const CloudGrid& grid, drive::FrameLog& frames,
                                           const Progress& progress) = 0;

@@ -64,7 +64,7 @@ struct SolverConfig {
   int max_iterations = 25;
   /// Tracks between two keyframes share errors (timing, surfaces): together they weigh no more than
   /// so many independent ones.
-  double tracks_per_pair = 0.4;
+  double tracks_per_pair = 1.0;
   double track_loss = 2.0;         ///< Cauchy scale of a track's residual, in deviations
   double registration_loss = 3.0;  ///< the same of a registration
   double ground_loss = 2.0;        ///< Huber threshold of the height above ground

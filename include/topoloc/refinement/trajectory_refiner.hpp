@@ -5,6 +5,7 @@
 #include "topoloc/drive/drive.hpp"
 #include "topoloc/evaluation/trajectory.hpp"
 #include "topoloc/mapping/cloud_grid.hpp"
+#include "topoloc/mapping/node_selection.hpp"
 #include "topoloc/mapping/pose_refiner.hpp"
 #include "topoloc/mapping/render.hpp"
 #include "topoloc/refinement/gradient_field.hpp"
@@ -14,9 +15,9 @@
 #include "topoloc/refinement/view_correlation.hpp"
 #include "topoloc/refinement/window_registration.hpp"
 
-#include <functional>
 #include <numbers>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace topoloc::refinement {
@@ -31,18 +32,26 @@ struct WindowConfig {
 };
 
 struct RefinementConfig {
-  bool (*use_frame)(std::size_t) = nullptr;  ///< of the log; null: all
+  mapping::FrameParity frames = mapping::FrameParity::kAll;
   double keyframe_m = 1.0;    ///< way between keyframes
   double camera_scale = 1.5;  ///< image size of refinement, in sizes of the matching camera
   double prior_std_m = 0.3;   ///< of the trajectory or the initial pose, per axis
   double prior_std_rad = std::numbers::pi / 180.0;
-  double gravity_std_rad = 0.2 * std::numbers::pi / 180.0;  ///< of roll and pitch by odometry
+  double gravity_std_rad = 0.12 * std::numbers::pi / 180.0;  ///< of roll and pitch by odometry
   double ground_std_m = 0.03;  ///< of the height above the road: suspension, cloud
   /// Way over which such errors stay the same: neighbouring poses count as one together.
   double error_correlation_m = 20.0;
   double min_significance = 5.5;  ///< of a window's registration; less may be chance
-  double max_std_m = 0.25;            ///< a node less certain than that (any axis) is rejected
+  /// Share of the windows that must be significant; less is the wrong cloud or calibration.
+  double min_registered_share = 0.4;
+  double max_track_residual_px = 2.0;  ///< median of the drive; more is the wrong calibration
+  /// Added to each pose's covariance: what the whole drive shares, such as errors of the
+  /// extrinsics and of the cloud (theta [rad], t [m]).
+  Vector6 floor_std = (Vector6() << 0.0045, 0.0045, 0.0045, 0.075, 0.075, 0.075).finished();
+  double max_std_m = 0.25;  ///< a pose less certain than that (any axis) is rejected
   double max_std_rad = 0.02;
+  double max_registration_away_m = 15.0;     ///< along the way; further is unsupported
+  double max_registration_residual_m = 0.4;  ///< a pose that its registration contradicts by more
   OdometryNoise odometry;
   WindowConfig window;
   SearchConfig search;
@@ -52,7 +61,7 @@ struct RefinementConfig {
   SolverConfig solver;
   mapping::RenderConfig render;
   mapping::LiftConfig lift;
-  int threads = 0;
+  int threads = 0;  ///< 0: one per core. Does not change the result
 };
 
 /// What is known of the drive's poses beforehand: one of the two.
@@ -66,6 +75,7 @@ class TrajectoryRefiner : public mapping::PoseRefiner {
  public:
   TrajectoryRefiner(const drive::Drive& drive, PoseKnowledge knowledge, RefinementConfig config);
 
+  [[nodiscard]] std::string settings() const override;
   std::vector<mapping::RefinedPose> refine(const mapping::CloudGrid& grid, drive::FrameLog& frames,
                                            const mapping::Progress& progress) override;
 

@@ -24,6 +24,14 @@ Eigen::Matrix<double, 6, 1> camera_error(const Eigen::Matrix<double, 6, 1>& erro
   return result;
 }
 
+/// Of a node whose vehicle pose has independent errors of these deviations, per axis.
+Eigen::Matrix<double, 6, 6> covariance(double std_m, double std_rad) {
+  PlannedNode node{.T_world_imu = kT_world_imu};
+  node.covariance.diagonal() << Eigen::Vector3d::Constant(std_rad * std_rad),
+      Eigen::Vector3d::Constant(std_m * std_m);
+  return node_covariance(node, kT_imu_cam);
+}
+
 TEST(NodeCovariance, IsTheVehiclesErrorSeenFromTheCamera) {
   constexpr double kStd_m = 0.02;
   constexpr double kStd_rad = 0.001;
@@ -35,19 +43,19 @@ TEST(NodeCovariance, IsTheVehiclesErrorSeenFromTheCamera) {
         (i < 3 ? kStd_rad : kStd_m) * (camera_error(step) - camera_error(-step)) / (2.0 * kStep);
     expected += column * column.transpose();
   }
-  const auto P = node_covariance(kT_world_imu, kT_imu_cam, kStd_m, kStd_rad);
+  const auto P = covariance(kStd_m, kStd_rad);
   EXPECT_LT((P - expected).cwiseAbs().maxCoeff(), 1e-12);
   EXPECT_EQ(P, P.transpose());
 }
 
 TEST(NodeCovariance, LeverAddsToThePositionOnlyWithRotation) {
-  const auto exact_rotation = node_covariance(kT_world_imu, kT_imu_cam, 0.02, 0.0);
+  const auto exact_rotation = covariance(0.02, 0.0);
   EXPECT_TRUE((exact_rotation.topRows<3>().isZero()));
   EXPECT_TRUE((exact_rotation.bottomRightCorner<3, 3>().isApprox(
       0.02 * 0.02 * Eigen::Matrix3d::Identity(), 1e-12)));
 
   // The lever's length times the angle, across the lever: twice, along it not.
-  const auto exact_position = node_covariance(kT_world_imu, kT_imu_cam, 0.0, 0.01);
+  const auto exact_position = covariance(0.0, 0.01);
   EXPECT_NEAR((exact_position.bottomRightCorner<3, 3>().trace()),
               2.0 * 0.01 * 0.01 * kT_imu_cam.p.squaredNorm(), 1e-12);
 }

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "refinement/keyframes.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace topoloc::refinement {
+namespace {
+
+evaluation::Trajectory reckon(const drive::Drive& drive, const PoseKnowledge& knowledge) {
+  if (knowledge.initial_pose) {
+    return dead_reckon(drive, 0.0, *knowledge.initial_pose);
+  }
+  const evaluation::StampedPose& first = knowledge.trajectory->front();
+  const double start_s =
+      std::max(0.0, evaluation::kSecondsPerNs *
+                        static_cast<double>(first.time_ns - drive.imu.front().time_ns));
+  return dead_reckon(drive, start_s, first.T_world_imu);
+}
+
+}  // namespace
+
+std::vector<Keyframe> choose_keyframes(const drive::Drive& drive, const PoseKnowledge& knowledge,
+                                       const drive::FrameLog& frames,
+                                       const RefinementConfig& config) {
+  const evaluation::Trajectory odometry = reckon(drive, knowledge);
+  std::vector<Keyframe> keyframes;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (!mapping::is_used(i, config.frames)) {
+      continue;
+    }
+    const std::int64_t time_ns = frames.time_ns(i);
+    const auto T_odometry = evaluation::pose_at(odometry, time_ns, kMaxPoseGap_ns);
+    if (!T_odometry ||
+        (!keyframes.empty() &&
+         (T_odometry->p - keyframes.back().T_odometry.p).norm() < config.keyframe_m)) {
+      continue;
+    }
+    std::optional<RigidTransform> T_prior;
+    if (knowledge.trajectory) {
+      T_prior = evaluation::pose_at(*knowledge.trajectory, time_ns, kMaxPoseGap_ns);
+      if (!T_prior) {
+        continue;
+      }
+    }
+    keyframes.push_back({i, time_ns, *T_odometry, T_prior});
+  }
+  if (keyframes.empty()) {
+    throw std::runtime_error(
+        drive.dir.string() +
+        ": no camera frame has both odometry (can.log) and a pose to start from");
+  }
+  return keyframes;
+}
+
+}  // namespace topoloc::refinement

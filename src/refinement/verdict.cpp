@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "refinement/verdict.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+#include <fmt/core.h>
+
+namespace topoloc::refinement {
+namespace {
+
+double median(std::vector<double> values) {
+  if (values.empty()) {
+    return 0.0;
+  }
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Way along the drive up to each keyframe [m].
+std::vector<double> way(const std::vector<Keyframe>& keyframes) {
+  std::vector<double> way_m{0.0};
+  for (std::size_t i = 1; i < keyframes.size(); ++i) {
+    way_m.push_back(way_m.back() +
+                    (keyframes[i].T_odometry.p - keyframes[i - 1].T_odometry.p).norm());
+  }
+  return way_m;
+}
+
+/// Median residual of the tracks from each keyframe and of all together [px].
+struct TrackResiduals {
+  std::vector<double> of_keyframe;
+  double of_all = 0.0;
+};
+
+TrackResiduals track_residuals(const SolvedDrive& drive) {
+  std::vector<std::vector<double>> from(drive.keyframes.size());
+  std::vector<double> all;
+  for (const TrackFactor& factor : drive.graph.tracks) {
+    const std::vector<double> residuals_px =
+        track_residuals_px(factor, drive.T_imu_cam, drive.camera, drive.poses);
+    from[factor.from].insert(from[factor.from].end(), residuals_px.begin(), residuals_px.end());
+    all.insert(all.end(), residuals_px.begin(), residuals_px.end());
+  }
+  TrackResiduals result;
+  for (const std::vector<double>& residuals_px : from) {
+    result.of_keyframe.push_back(median(residuals_px));
+  }
+  result.of_all = median(std::move(all));
+  return result;
+}
+
+/// The cloud and the drive as a whole.
+void check_drive(const SolvedDrive& drive, const TrackResiduals& residuals,
+                 const RefinementConfig& config) {
+  const std::size_t found = drive.graph.registrations.size();
+  if (static_cast<double>(found) <
+      config.min_registered_share * static_cast<double>(drive.windows_tried)) {
+    throw std::runtime_error(fmt::format(
+        "refinement: camera images and cloud do not agree: of {} stretches of the drive only {} "
+        "could be registered. Is the cloud of this place, in the frame of the poses given (not "
+        "mirrored), with usable intensities? Are the camera's calibration, its extrinsics and its "
+        "time offset right?",
+        drive.windows_tried, found));
+  }
+  if (residuals.of_all > config.max_track_residual_px) {
+    throw std::runtime_error(fmt::format(
+        "refinement: points followed from image to image miss where cloud and odometry put them "
+        "by {:.1f} px (median; at most {:.1f} px is credible). Are the camera's intrinsics and "
+        "extrinsics, its time offset and the wheel scale right?",
+        residuals.of_all, config.max_track_residual_px));
+  }
+}
+
+}  // namespace
+
+std::vector<mapping::RefinedPose> judge(const SolvedDrive& drive, const RefinementConfig& config) {
+  const TrackResiduals residuals = track_residuals(drive);
+  check_drive(drive, residuals, config);
+  const std::vector<double> way_m = way(drive.keyframes);
+  const std::vector<Matrix6> P =
+      covariances(drive.graph, drive.T_imu_cam, drive.camera, config.solver, drive.poses);
+  std::vector<mapping::RefinedPose> result;
+  for (std::size_t k = 0; k < drive.keyframes.size(); ++k) {
+    const Keyframe& keyframe = drive.keyframes[k];
+    mapping::RefinedPose pose;
+    pose.frame = keyframe.frame;
+    pose.time_ns = keyframe.time_ns;
+    pose.T_world_imu = drive.poses[k];
+    pose.covariance = P[k];
+    pose.covariance.diagonal() += config.floor_std.cwiseAbs2();
+
+    const Registration* nearest = nullptr;
+    double away_m = std::numeric_limits<double>::infinity();
+    for (const Registration& registration : drive.graph.registrations) {
+      const double distance_m = std::abs(way_m[registration.keyframe] - way_m[k]);
+      if (distance_m < away_m) {
+        away_m = distance_m;
+        nearest = &registration;
+      }
+    }
+    const Vector6 off =
+        nearest == nullptr
+            ? Vector6(Vector6::Zero())
+            : motion_between(nearest->T_world_imu, drive.poses[nearest->keyframe]);
+    const double std_rad = std::sqrt(pose.covariance.diagonal().head<3>().maxCoeff());
+    const double std_m = std::sqrt(pose.covariance.diagonal().tail<3>().maxCoeff());
+    pose.figures = {{"pose_std_m", std_m},
+                    {"pose_std_deg", std_rad * 180.0 / std::numbers::pi},
+                    {"registration_away_m", away_m},
+                    {"registration_significance", nearest == nullptr ? 0.0 : nearest->significance},
+                    {"registration_residual_m", off.tail<3>().norm()},
+                    {"track_residual_px", residuals.of_keyframe[k]}};
+    if (keyframe.T_prior) {
+      pose.figures["moved_m"] = (pose.T_world_imu.p - keyframe.T_prior->p).norm();
+    }
+    if (away_m > config.max_registration_away_m) {
+      pose.rejected = mapping::NodeReject::kPoseUnsupported;
+    } else if (std_m > config.max_std_m || std_rad > config.max_std_rad) {
+      pose.rejected = mapping::NodeReject::kPoseUncertain;
+    } else if (off.tail<3>().norm() > config.max_registration_residual_m) {
+      pose.rejected = mapping::NodeReject::kPoseContradicted;
+    }
+    result.push_back(std::move(pose));
+  }
+  return result;
+}
+
+}  // namespace topoloc::refinement
