@@ -69,19 +69,22 @@ std::map<std::string, cv::Scalar> reason_colours(const MapQuality& quality) {
   return colours;
 }
 
+double nice_step(double at_least) {
+  const double power = std::pow(10.0, std::floor(std::log10(at_least)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (factor * power >= 0.999 * at_least) {
+      return factor * power;
+    }
+  }
+  return 10.0 * power;
+}
+
 std::vector<double> nice_ticks(double low, double high, int count) {
   const double raw = (high - low) / count;
   if (!(raw > 0.0) || !std::isfinite(raw)) {
     return {low};
   }
-  const double power = std::pow(10.0, std::floor(std::log10(raw)));
-  double step = 10.0 * power;
-  for (const double factor : {1.0, 2.0, 5.0}) {
-    if (factor * power >= 0.999 * raw) {
-      step = factor * power;
-      break;
-    }
-  }
+  const double step = nice_step(raw);
   std::vector<double> ticks;
   for (double i = std::ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; i += 1.0) {
     ticks.push_back(i * step);

@@ -34,7 +34,9 @@ struct AxisRange {
     const auto [least, most] = std::minmax_element(values.begin(), values.end());
     low = *least;
     high = *most;
-    const double room = high > low ? 0.08 * (high - low) : 0.1 * std::abs(high) + 1e-9;
+    // Rounding is not worth a chart.
+    const bool all_equal = high - low <= 1e-3 * std::abs(high);
+    const double room = all_equal ? 0.1 * std::abs(high) + 1e-9 : 0.08 * (high - low);
     high += room;
     low = low >= 0.0 && low < 0.34 * high ? 0.0 : low - room;
   }

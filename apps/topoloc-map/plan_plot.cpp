@@ -118,11 +118,11 @@ class PlanPlot {
     cv::rectangle(page_, cv::Rect(cv::Point(kLeft_px, kTop_px), plan_.size()), kInk, 1);
     draw_text(page_, "x [m]", {kLeft_px + plan_.cols / 2, kTop_px + plan_.rows + 46}, kInk, 0.5,
               Align::kCentre);
-    draw_text(page_, "y [m]", {10, kTop_px - 14}, kInk, 0.5);
+    draw_text(page_, "y [m]", {kLeft_px - 10, kTop_px + 14}, kInk, 0.5, Align::kRight);
   }
 
   void draw_scale_bar() {
-    const double length_m = nice_ticks(0.0, 200.0 / view_.px_per_m, 2)[1];
+    const double length_m = nice_step(100.0 / view_.px_per_m);
     const int length_px = static_cast<int>(std::lround(length_m * view_.px_per_m));
     const cv::Point left(20, plan_.rows - 20);
     const cv::Point right = left + cv::Point(length_px, 0);
