@@ -82,7 +82,8 @@ class FigurePlot {
       y += kLegendLine_px;
       draw_cross(page_, {kLeft_px + 8, y - 5}, colour, 4);
       draw_text(page_,
-                fmt::format("{} rejected: {}", quality_.rejected.at(reason), figure_title(reason)),
+                fmt::format("{} rejected: {} (bar: no such figure)", quality_.rejected.at(reason),
+                            figure_title(reason)),
                 {kLeft_px + 26, y}, kInk, 0.48);
     }
   }

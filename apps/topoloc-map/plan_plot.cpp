@@ -57,6 +57,7 @@ class PlanPlot {
     draw_cloud(map_, view_).copyTo(plan_);
     draw_gaps();
     draw_nodes();
+    label_gaps();
     draw_axes();
     draw_scale_bar();
     draw_legend();
@@ -75,9 +76,24 @@ class PlanPlot {
         cv::line(plan_, at(quality_.nodes[i]), at(quality_.nodes[i + 1]), kGapColour, 3,
                  cv::LINE_AA);
       }
-      const cv::Point middle = (at(quality_.nodes[gap.after]) + at(quality_.nodes[gap.before])) / 2;
-      draw_text(plan_, fmt::format("{:.0f} m", gap.length_m), middle + cv::Point(12, -12),
-                {140, 140, 255}, 0.6);
+    }
+  }
+
+  /// Beside the middle of the gap, on nodes and cloud.
+  void label_gaps() {
+    for (const mapping::NodeGap& gap : quality_.gaps) {
+      const cv::Point begin = at(quality_.nodes[gap.after]);
+      const cv::Point end = at(quality_.nodes[gap.before]);
+      const double length_px = std::max(1.0, cv::norm(end - begin));
+      constexpr double kAside_px = 45.0;
+      const cv::Point aside(static_cast<int>(kAside_px * (begin.y - end.y) / length_px),
+                            static_cast<int>(kAside_px * (end.x - begin.x) / length_px));
+      const std::string text = fmt::format("{:.0f} m", gap.length_m);
+      const int half_px = text_width(text, 0.55) / 2;
+      const cv::Point middle = (begin + end) / 2 + aside;
+      cv::rectangle(plan_, middle + cv::Point(-half_px - 6, -13),
+                    middle + cv::Point(half_px + 6, 11), kGapColour, cv::FILLED);
+      draw_text(plan_, text, middle + cv::Point(0, 6), kWhite, 0.55, Align::kCentre);
     }
   }
 
@@ -179,8 +195,8 @@ class PlanPlot {
     if (!quality_.gaps.empty()) {
       cv::line(page_, {x, y - 5}, {x + 20, y - 5}, kGapColour, 3, cv::LINE_AA);
     }
-    line(fmt::format("{} gaps of more than {:.0f} m", quality_.gaps.size(),
-                     mapping::kReportedGap_m));
+    line(fmt::format("gaps of more than {:.0f} m: {}", mapping::kReportedGap_m,
+                     quality_.gaps.size()));
     y += 8;
     if (map_.has_images()) {
       line(map_.has_intensity_images() ? "grey: LiDAR intensity as the"
