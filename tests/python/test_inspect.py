@@ -183,14 +183,16 @@ def test_plots_mark_rejected_nodes(work: Path, tmp_path: Path) -> None:
 def test_stripped_map_keeps_the_report_and_has_no_overlay(work: Path, tmp_path: Path) -> None:
     stripped = work / "stripped.tmap"
     assert figures_of(stripped)["build"] == figures_of(work / "map.tmap")["build"]
-    result = inspect(stripped, "--overlay", tmp_path / "overlay", "--plots", tmp_path / "plots",
-                     "--json", tmp_path / "figures.json", "--nodes", tmp_path / "nodes.tum")  # fmt: skip
+    wanted = {
+        option: tmp_path / option[2:] for option in ("--overlay", "--plots", "--json", "--nodes")
+    }
+    result = inspect(stripped, *(word for option in wanted.items() for word in option))
     assert result.returncode == 1
     assert "stripped.tmap: no overlay: the map holds no camera images" in result.stderr
-    assert not (tmp_path / "overlay").exists()
-    figures = json.loads((tmp_path / "figures.json").read_text())
-    assert len(np.loadtxt(tmp_path / "nodes.tum")) == figures["nodes"]
-    assert count(pixels(tmp_path / "plots" / "map.png"), REJECTED_COLOUR) > 100
+    assert not wanted["--overlay"].exists()
+    figures = json.loads(wanted["--json"].read_text())
+    assert len(np.loadtxt(wanted["--nodes"])) == figures["nodes"]
+    assert count(pixels(wanted["--plots"] / "map.png"), REJECTED_COLOUR) > 100
 
 
 def test_older_map_has_nodes_but_no_report(older: Path, tmp_path: Path) -> None:
