@@ -79,17 +79,23 @@ double nice_step(double at_least) {
   return 10.0 * power;
 }
 
+std::vector<double> ticks_every(double step, double low, double high) {
+  constexpr double kRounding = 1e-9;
+  std::vector<double> ticks;
+  const auto first = static_cast<long>(std::ceil(low / step - kRounding));
+  const auto last = static_cast<long>(std::floor(high / step + kRounding));
+  for (long i = first; i <= last; ++i) {
+    ticks.push_back(static_cast<double>(i) * step);
+  }
+  return ticks;
+}
+
 std::vector<double> nice_ticks(double low, double high, int count) {
   const double raw = (high - low) / count;
   if (!(raw > 0.0) || !std::isfinite(raw)) {
     return {low};
   }
-  const double step = nice_step(raw);
-  std::vector<double> ticks;
-  for (double i = std::ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; i += 1.0) {
-    ticks.push_back(i * step);
-  }
-  return ticks;
+  return ticks_every(nice_step(raw), low, high);
 }
 
 std::string tick_label(double value, double step) {

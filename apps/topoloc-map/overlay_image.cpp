@@ -97,15 +97,12 @@ class Page {
     draw_text(page_, title, {10, 25}, kInk, 0.65);
   }
   void put(int column, int row, const cv::Mat& image, const std::string& caption) {
-    const cv::Point at(column * (panel_.width + kSpace_px),
-                       kTitle_px + row * (panel_.height + kCaption_px + kSpace_px));
-    draw_text(page_, caption, at + cv::Point(10, 18), kInk, 0.5);
-    image.copyTo(page_(cv::Rect(at + cv::Point(0, kCaption_px), panel_)));
+    draw_text(page_, caption, corner(column, row) + cv::Point(10, 18), kInk, 0.5);
+    image.copyTo(page_(cv::Rect(corner(column, row) + cv::Point(0, kCaption_px), panel_)));
   }
   /// A line of a legend, right-aligned in the caption of a panel; returns where it begins.
   int legend(int column, int row, int right_px, const std::string& text, const cv::Scalar& colour) {
-    const cv::Point at(column * (panel_.width + kSpace_px) + right_px - text_width(text),
-                       kTitle_px + row * (panel_.height + kCaption_px + kSpace_px) + 18);
+    const cv::Point at = corner(column, row) + cv::Point(right_px - text_width(text), 18);
     draw_text(page_, text, at, kInk);
     const cv::Rect swatch(at.x - 26, at.y - 9, 18, 7);
     cv::rectangle(page_, swatch, colour, cv::FILLED);
@@ -115,6 +112,12 @@ class Page {
   [[nodiscard]] const cv::Mat& image() const { return page_; }
 
  private:
+  /// Of a panel with its caption.
+  [[nodiscard]] cv::Point corner(int column, int row) const {
+    return {column * (panel_.width + kSpace_px),
+            kTitle_px + row * (panel_.height + kCaption_px + kSpace_px)};
+  }
+
   cv::Size panel_;
   cv::Mat page_;
 };

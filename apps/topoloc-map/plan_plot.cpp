@@ -126,7 +126,7 @@ class PlanPlot {
       cv::line(page_, {u, v}, {u, v + 6}, kInk, 1);
       draw_text(page_, tick_label(x, step), {u, v + 22}, kInk, 0.45, Align::kCentre);
     }
-    for (double y = std::ceil(low.y() / step) * step; y <= high.y(); y += step) {
+    for (const double y : ticks_every(step, low.y(), high.y())) {
       const int v = kTop_px + static_cast<int>(view_.pixel({low.x(), y}).y);
       cv::line(page_, {kLeft_px - 6, v}, {kLeft_px, v}, kInk, 1);
       draw_text(page_, tick_label(y, step), {kLeft_px - 10, v + 5}, kInk, 0.45, Align::kRight);
