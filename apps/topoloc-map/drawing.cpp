@@ -69,24 +69,33 @@ std::map<std::string, cv::Scalar> reason_colours(const MapQuality& quality) {
   return colours;
 }
 
+double nice_step(double at_least) {
+  const double power = std::pow(10.0, std::floor(std::log10(at_least)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (factor * power >= 0.999 * at_least) {
+      return factor * power;
+    }
+  }
+  return 10.0 * power;
+}
+
+std::vector<double> ticks_every(double step, double low, double high) {
+  constexpr double kRounding = 1e-9;
+  std::vector<double> ticks;
+  const auto first = static_cast<long>(std::ceil(low / step - kRounding));
+  const auto last = static_cast<long>(std::floor(high / step + kRounding));
+  for (long i = first; i <= last; ++i) {
+    ticks.push_back(static_cast<double>(i) * step);
+  }
+  return ticks;
+}
+
 std::vector<double> nice_ticks(double low, double high, int count) {
   const double raw = (high - low) / count;
   if (!(raw > 0.0) || !std::isfinite(raw)) {
     return {low};
   }
-  const double power = std::pow(10.0, std::floor(std::log10(raw)));
-  double step = 10.0 * power;
-  for (const double factor : {1.0, 2.0, 5.0}) {
-    if (factor * power >= 0.999 * raw) {
-      step = factor * power;
-      break;
-    }
-  }
-  std::vector<double> ticks;
-  for (double i = std::ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; i += 1.0) {
-    ticks.push_back(i * step);
-  }
-  return ticks;
+  return ticks_every(nice_step(raw), low, high);
 }
 
 std::string tick_label(double value, double step) {

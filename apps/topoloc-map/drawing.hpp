@@ -36,6 +36,10 @@ cv::Scalar heat_colour(double share);
 /// A colour for each reason of rejection.
 std::map<std::string, cv::Scalar> reason_colours(const MapQuality& quality);
 
+/// The smallest of 1, 2 and 5 times a power of ten that is not less.
+double nice_step(double at_least);
+/// The multiples of `step` within [low, high].
+std::vector<double> ticks_every(double step, double low, double high);
 /// Round numbers (1, 2 or 5 times a power of ten apart) within [low, high], about `count` of them.
 std::vector<double> nice_ticks(double low, double high, int count);
 /// A number with as many decimals as ticks that far apart need, and no more than six.

@@ -34,7 +34,9 @@ struct AxisRange {
     const auto [least, most] = std::minmax_element(values.begin(), values.end());
     low = *least;
     high = *most;
-    const double room = high > low ? 0.08 * (high - low) : 0.1 * std::abs(high) + 1e-9;
+    // Rounding is not worth a chart.
+    const bool all_equal = high - low <= 1e-3 * std::abs(high);
+    const double room = all_equal ? 0.1 * std::abs(high) + 1e-9 : 0.08 * (high - low);
     high += room;
     low = low >= 0.0 && low < 0.34 * high ? 0.0 : low - room;
   }
@@ -80,7 +82,8 @@ class FigurePlot {
       y += kLegendLine_px;
       draw_cross(page_, {kLeft_px + 8, y - 5}, colour, 4);
       draw_text(page_,
-                fmt::format("{} rejected: {}", quality_.rejected.at(reason), figure_title(reason)),
+                fmt::format("{} rejected: {} (bar: no such figure)", quality_.rejected.at(reason),
+                            figure_title(reason)),
                 {kLeft_px + 26, y}, kInk, 0.48);
     }
   }

@@ -84,8 +84,10 @@ void print_quality(const MapQuality& quality) {
         "known\n",
         "build");
   }
-  fmt::print("{:<18} {} of {} nodes; medians: {}\n", "accepted", quality.accepted(),
-             quality.nodes.size(), medians(quality, {}));
+  const std::string planned =
+      quality.has_report ? fmt::format(" of {} planned", quality.nodes.size()) : "";
+  fmt::print("{:<18} {}{} nodes; medians: {}\n", "accepted", quality.accepted(), planned,
+             medians(quality, {}));
   for (const auto& [reason, count] : quality.rejected) {
     fmt::print("{:<18} {} {}; medians: {}\n", "rejected", count, reason, medians(quality, reason));
   }

@@ -28,9 +28,16 @@ void add_figures_of_the_map(const map::NodeView& node, mapping::Figures& figures
       largest_std(node.covariance.topLeftCorner<3, 3>()) * 180.0 / std::numbers::pi;
   figures["features"] = node.quality.feature_count;
   figures["lifted"] = node.quality.lifted_count;
-  figures[kLiftedShare] = static_cast<double>(node.quality.lifted_share());
   if (node.quality.lifted_count > 0) {
     figures["mean_depth_std_m"] = static_cast<double>(node.quality.mean_depth_std_m);
+  }
+}
+
+void add_lifted_share(mapping::Figures& figures) {
+  const auto features = figures.find("features");
+  const auto lifted = figures.find("lifted");
+  if (features != figures.end() && lifted != figures.end() && features->second > 0.0) {
+    figures[kLiftedShare] = lifted->second / features->second;
   }
 }
 
@@ -120,6 +127,7 @@ MapQuality read_quality(const map::MapFile& map) {
       add_figures_of_the_map(map.node(next_id), report.figures);
       node.id = next_id++;
     }
+    add_lifted_share(report.figures);
     node.report = std::move(report);
     quality.nodes.push_back(std::move(node));
   }

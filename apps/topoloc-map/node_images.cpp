@@ -14,11 +14,25 @@
 namespace topoloc::apps {
 namespace {
 
+constexpr int kReach_px = 3;  ///< holes of twice this size are closed
+
 template <typename T>
 cv::Mat matrix(const std::vector<T>& pixels, int width_px, int height_px) {
   cv::Mat image(height_px, width_px, cv::DataType<T>::type);
   std::memcpy(image.data, pixels.data(), pixels.size() * sizeof(T));
   return image;
+}
+
+/// Fills holes that points surround, from their rims inwards; stray points do not grow into blots.
+template <typename Estimate>
+void fill(cv::Mat& image, const Estimate& estimate) {
+  const cv::Mat disc =
+      cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * kReach_px + 1, 2 * kReach_px + 1});
+  cv::Mat surrounded;
+  cv::morphologyEx(image > 0.0F, surrounded, cv::MORPH_CLOSE, disc);
+  for (int i = 0; i < kReach_px; ++i) {
+    estimate(image).copyTo(image, surrounded & (image == 0.0F));
+  }
 }
 
 }  // namespace
@@ -61,20 +75,32 @@ NodeImages decode_images(const map::MapFile& map, std::size_t node) {
   return images;
 }
 
-cv::Mat fill_small_holes(const cv::Mat& image, int reach_px) {
+cv::Mat fill_intensity(const cv::Mat& intensity) {
   cv::Mat filled;
-  image.convertTo(filled, CV_32F);
-  for (int i = 0; i < reach_px; ++i) {
+  intensity.convertTo(filled, CV_32F);
+  fill(filled, [](const cv::Mat& image) {
     cv::Mat known;
-    cv::Mat(filled > 0.0F).convertTo(known, CV_32F, 1.0 / 255.0);
+    cv::Mat(image > 0.0F).convertTo(known, CV_32F, 1.0 / 255.0);
     cv::Mat sum;
     cv::Mat count;
-    cv::boxFilter(filled, sum, CV_32F, {3, 3}, {-1, -1}, false, cv::BORDER_CONSTANT);
+    cv::boxFilter(image, sum, CV_32F, {3, 3}, {-1, -1}, false, cv::BORDER_CONSTANT);
     cv::boxFilter(known, count, CV_32F, {3, 3}, {-1, -1}, false, cv::BORDER_CONSTANT);
-    const cv::Mat mean = sum / cv::max(count, 1.0F);
-    // Two neighbours at least: a single stray point must not grow into a blot.
-    mean.copyTo(filled, (filled == 0.0F) & (count > 1.5F));
-  }
+    return cv::Mat(sum / cv::max(count, 1.0F));
+  });
+  return filled;
+}
+
+cv::Mat fill_depth(const cv::Mat& depth_m) {
+  constexpr float kFar_m = 1e6F;
+  cv::Mat filled = depth_m.clone();
+  fill(filled, [](const cv::Mat& image) {
+    // The nearest: between a pole and what is behind it there is nothing.
+    cv::Mat nearest = image.clone();
+    nearest.setTo(kFar_m, image == 0.0F);
+    cv::erode(nearest, nearest, cv::Mat::ones(3, 3, CV_8U));
+    nearest.setTo(0.0F, nearest == kFar_m);
+    return nearest;
+  });
   return filled;
 }
 

@@ -19,8 +19,8 @@ struct NodeImages {
 /// camera's size.
 NodeImages decode_images(const map::MapFile& map, std::size_t node);
 
-/// Holes of up to `reach_px` pixels around points filled with the mean of their neighbours, so that
-/// surfaces look closed; CV_32FC1, 0 stays "nothing". `image` CV_8UC1 or CV_32FC1.
-cv::Mat fill_small_holes(const cv::Mat& image, int reach_px);
+/// With holes of a few pixels between points closed, so that surfaces are; CV_32FC1, 0: nothing.
+cv::Mat fill_intensity(const cv::Mat& intensity);
+cv::Mat fill_depth(const cv::Mat& depth_m);
 
 }  // namespace topoloc::apps

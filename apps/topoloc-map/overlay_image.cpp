@@ -5,7 +5,9 @@
 #include "drawing.hpp"
 #include "lidar_edges.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include <opencv2/imgproc.hpp>
 
@@ -16,7 +18,6 @@ constexpr int kPanelWidth_px = 960;
 constexpr int kTitle_px = 36;
 constexpr int kCaption_px = 26;
 constexpr int kSpace_px = 8;
-constexpr int kFillReach_px = 3;
 
 const cv::Scalar kIntensityEdge(80, 255, 80);
 const cv::Scalar kDepthEdge(60, 110, 255);
@@ -40,11 +41,32 @@ cv::Mat backdrop(const cv::Mat& grey) {
   return coloured(dark);
 }
 
-/// Dark asphalt takes most of the image: its shades need most of the range.
-cv::Mat brightened(const cv::Mat& intensity) {
+/// The range of all but the darkest and brightest points spread over 1 to 255, as the eye needs it;
+/// single scan lines smoothed away.
+cv::Mat stretched(const cv::Mat& filled) {
+  constexpr double kShare = 0.03;
+  std::vector<float> values;
+  for (const float value : cv::Mat_<float>(filled)) {
+    if (value > 0.0F) {
+      values.push_back(value);
+    }
+  }
+  if (values.empty()) {
+    return cv::Mat::zeros(filled.size(), CV_8U);
+  }
+  const auto quantile = [&values](double share) {
+    const auto at = values.begin() +
+                    static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), at, values.end());
+    return static_cast<double>(*at);
+  };
+  const double low = quantile(kShare);
+  const double scale = 254.0 / std::max(quantile(1.0 - kShare) - low, 1.0);
   cv::Mat out;
-  cv::sqrt(intensity / 255.0, out);
-  out.convertTo(out, CV_8U, 255.0);
+  filled.convertTo(out, CV_8U, scale, 1.0 - scale * low);
+  cv::medianBlur(out, out, 3);
+  out = cv::max(out, 1);
+  out.setTo(0, filled == 0.0F);
   return out;
 }
 
@@ -75,15 +97,12 @@ class Page {
     draw_text(page_, title, {10, 25}, kInk, 0.65);
   }
   void put(int column, int row, const cv::Mat& image, const std::string& caption) {
-    const cv::Point at(column * (panel_.width + kSpace_px),
-                       kTitle_px + row * (panel_.height + kCaption_px + kSpace_px));
-    draw_text(page_, caption, at + cv::Point(10, 18), kInk, 0.5);
-    image.copyTo(page_(cv::Rect(at + cv::Point(0, kCaption_px), panel_)));
+    draw_text(page_, caption, corner(column, row) + cv::Point(10, 18), kInk, 0.5);
+    image.copyTo(page_(cv::Rect(corner(column, row) + cv::Point(0, kCaption_px), panel_)));
   }
   /// A line of a legend, right-aligned in the caption of a panel; returns where it begins.
   int legend(int column, int row, int right_px, const std::string& text, const cv::Scalar& colour) {
-    const cv::Point at(column * (panel_.width + kSpace_px) + right_px - text_width(text),
-                       kTitle_px + row * (panel_.height + kCaption_px + kSpace_px) + 18);
+    const cv::Point at = corner(column, row) + cv::Point(right_px - text_width(text), 18);
     draw_text(page_, text, at, kInk);
     const cv::Rect swatch(at.x - 26, at.y - 9, 18, 7);
     cv::rectangle(page_, swatch, colour, cv::FILLED);
@@ -93,6 +112,12 @@ class Page {
   [[nodiscard]] const cv::Mat& image() const { return page_; }
 
  private:
+  /// Of a panel with its caption.
+  [[nodiscard]] cv::Point corner(int column, int row) const {
+    return {column * (panel_.width + kSpace_px),
+            kTitle_px + row * (panel_.height + kCaption_px + kSpace_px)};
+  }
+
   cv::Size panel_;
   cv::Mat page_;
 };
@@ -100,10 +125,10 @@ class Page {
 }  // namespace
 
 cv::Mat draw_overlay(const NodeImages& images, const std::string& title) {
-  const cv::Mat filled = fill_small_holes(images.intensity, kFillReach_px);
-  const cv::Mat depth_m = fill_small_holes(images.depth_m, kFillReach_px);
+  const cv::Mat filled = fill_intensity(images.intensity);
+  const cv::Mat depth_m = fill_depth(images.depth_m);
   const cv::Mat known = filled > 0.0F;
-  const cv::Mat bright = brightened(filled);
+  const cv::Mat bright = stretched(filled);
 
   const double scale = static_cast<double>(kPanelWidth_px) / images.grey.cols;
   const cv::Size panel(kPanelWidth_px, static_cast<int>(std::lround(scale * images.grey.rows)));
@@ -112,14 +137,14 @@ cv::Mat draw_overlay(const NodeImages& images, const std::string& title) {
   Page page(panel, title);
   page.put(0, 0, coloured(camera), "camera");
   page.put(1, 0, coloured(enlarged(bright, panel, cv::INTER_NEAREST)),
-           "LiDAR intensity, holes up to 6 px filled (black: nothing)");
+           "LiDAR intensity, small holes filled (black: nothing)");
   page.put(0, 1,
            colour_over(camera, enlarged(bright, panel, cv::INTER_LINEAR),
                        enlarged(known, panel, cv::INTER_NEAREST)),
            "LiDAR intensity over camera (blue: dark, red: bright)");
   cv::Mat edges = backdrop(camera);
   draw_edges(edges, depth_edges(depth_m), kDepthEdge);
-  draw_edges(edges, intensity_edges(filled), kIntensityEdge);
+  draw_edges(edges, intensity_edges(bright), kIntensityEdge);
   page.put(1, 1, edges, "LiDAR edges over camera");
   const int left = page.legend(1, 1, panel.width - 10, "jump of depth", kDepthEdge);
   page.legend(1, 1, left, "edge of intensity", kIntensityEdge);

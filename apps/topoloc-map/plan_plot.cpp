@@ -57,6 +57,7 @@ class PlanPlot {
     draw_cloud(map_, view_).copyTo(plan_);
     draw_gaps();
     draw_nodes();
+    label_gaps();
     draw_axes();
     draw_scale_bar();
     draw_legend();
@@ -75,9 +76,24 @@ class PlanPlot {
         cv::line(plan_, at(quality_.nodes[i]), at(quality_.nodes[i + 1]), kGapColour, 3,
                  cv::LINE_AA);
       }
-      const cv::Point middle = (at(quality_.nodes[gap.after]) + at(quality_.nodes[gap.before])) / 2;
-      draw_text(plan_, fmt::format("{:.0f} m", gap.length_m), middle + cv::Point(12, -12),
-                {140, 140, 255}, 0.6);
+    }
+  }
+
+  /// Beside the middle of the gap, on nodes and cloud.
+  void label_gaps() {
+    for (const mapping::NodeGap& gap : quality_.gaps) {
+      const cv::Point begin = at(quality_.nodes[gap.after]);
+      const cv::Point end = at(quality_.nodes[gap.before]);
+      const double length_px = std::max(1.0, cv::norm(end - begin));
+      constexpr double kAside_px = 45.0;
+      const cv::Point aside(static_cast<int>(kAside_px * (begin.y - end.y) / length_px),
+                            static_cast<int>(kAside_px * (end.x - begin.x) / length_px));
+      const std::string text = fmt::format("{:.0f} m", gap.length_m);
+      const int half_px = text_width(text, 0.55) / 2;
+      const cv::Point middle = (begin + end) / 2 + aside;
+      cv::rectangle(plan_, middle + cv::Point(-half_px - 6, -13),
+                    middle + cv::Point(half_px + 6, 11), kGapColour, cv::FILLED);
+      draw_text(plan_, text, middle + cv::Point(0, 6), kWhite, 0.55, Align::kCentre);
     }
   }
 
@@ -110,7 +126,7 @@ class PlanPlot {
       cv::line(page_, {u, v}, {u, v + 6}, kInk, 1);
       draw_text(page_, tick_label(x, step), {u, v + 22}, kInk, 0.45, Align::kCentre);
     }
-    for (double y = std::ceil(low.y() / step) * step; y <= high.y(); y += step) {
+    for (const double y : ticks_every(step, low.y(), high.y())) {
       const int v = kTop_px + static_cast<int>(view_.pixel({low.x(), y}).y);
       cv::line(page_, {kLeft_px - 6, v}, {kLeft_px, v}, kInk, 1);
       draw_text(page_, tick_label(y, step), {kLeft_px - 10, v + 5}, kInk, 0.45, Align::kRight);
@@ -118,11 +134,11 @@ class PlanPlot {
     cv::rectangle(page_, cv::Rect(cv::Point(kLeft_px, kTop_px), plan_.size()), kInk, 1);
     draw_text(page_, "x [m]", {kLeft_px + plan_.cols / 2, kTop_px + plan_.rows + 46}, kInk, 0.5,
               Align::kCentre);
-    draw_text(page_, "y [m]", {10, kTop_px - 14}, kInk, 0.5);
+    draw_text(page_, "y [m]", {kLeft_px - 10, kTop_px + 14}, kInk, 0.5, Align::kRight);
   }
 
   void draw_scale_bar() {
-    const double length_m = nice_ticks(0.0, 200.0 / view_.px_per_m, 2)[1];
+    const double length_m = nice_step(100.0 / view_.px_per_m);
     const int length_px = static_cast<int>(std::lround(length_m * view_.px_per_m));
     const cv::Point left(20, plan_.rows - 20);
     const cv::Point right = left + cv::Point(length_px, 0);
@@ -179,8 +195,8 @@ class PlanPlot {
     if (!quality_.gaps.empty()) {
       cv::line(page_, {x, y - 5}, {x + 20, y - 5}, kGapColour, 3, cv::LINE_AA);
     }
-    line(fmt::format("{} gaps of more than {:.0f} m", quality_.gaps.size(),
-                     mapping::kReportedGap_m));
+    line(fmt::format("gaps of more than {:.0f} m: {}", mapping::kReportedGap_m,
+                     quality_.gaps.size()));
     y += 8;
     if (map_.has_images()) {
       line(map_.has_intensity_images() ? "grey: LiDAR intensity as the"

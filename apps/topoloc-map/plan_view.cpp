@@ -77,12 +77,11 @@ cv::Mat draw_cloud(const map::MapFile& map, const PlanView& view) {
   for (std::size_t i = 0; i < map.node_count(); ++i) {
     add_node(map, i, view, sum, count);
   }
-  // A square root, since most of the ground is dark; never darker than the background.
-  cv::Mat grey;
-  cv::sqrt(sum / cv::max(count, 1.0F) / 255.0, grey);
+  // Never as dark as the background.
+  const cv::Mat grey = sum / cv::max(count, 1.0F) / 255.0;
   cv::Mat picture(view.size_px(), CV_8U, cv::Scalar(kBackground));
   cv::Mat shades;
-  grey.convertTo(shades, CV_8U, 200.0, kBackground + 25);
+  grey.convertTo(shades, CV_8U, 190.0, kBackground + 25);
   shades.copyTo(picture, count > 0.0F);
   cv::cvtColor(picture, picture, cv::COLOR_GRAY2BGR);
   return picture;

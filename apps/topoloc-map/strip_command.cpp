@@ -26,8 +26,8 @@ void run(const Options& options) {
 
 void add_strip_command(CLI::App& app) {
   const auto options = std::make_shared<Options>();
-  CLI::App* const command =
-      app.add_subcommand("strip", "Removes the camera and depth images, which driving needs not");
+  CLI::App* const command = app.add_subcommand(
+      "strip", "Removes the images of camera, depth and LiDAR, which driving needs not");
   command->add_option("map", options->in, "Map to read")->required();
   command->add_option("--out,-o", options->out, "Map to write; may be the map itself")->required();
   command->footer(
