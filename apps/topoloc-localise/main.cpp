@@ -3,6 +3,7 @@
 #include "topoloc/localiser/batch.hpp"
 #include "topoloc/localiser/result_files.hpp"
 
+#include "common/initial_pose.hpp"
 #include "common/log_damage.hpp"
 #include "common/progress_bar.hpp"
 #include "common/text_file.hpp"
@@ -49,23 +50,6 @@ struct Options {
   std::string json;
 };
 
-RigidTransform parse_pose(const std::string& text) {
-  std::istringstream in(text);
-  Eigen::Vector3d p;
-  Eigen::Quaterniond q;
-  std::string rest;
-  const bool read =
-      static_cast<bool>(in >> p.x() >> p.y() >> p.z() >> q.x() >> q.y() >> q.z() >> q.w());
-  if (!read || (in >> rest) || !p.allFinite() || !q.coeffs().allFinite() ||
-      std::abs(q.norm() - 1.0) > 0.01) {
-    throw CLI::ValidationError("--initial-pose",
-                               "expected \"x y z qx qy qz qw\" with a unit "
-                               "quaternion, found \"" +
-                                   text + "\"");
-  }
-  return RigidTransform::from_quaternion(p, q);
-}
-
 void print_summary(const Options& options, const nlohmann::json& figures,
                    const topoloc::drive::Drive& drive, const topoloc::drive::FrameLog* frames) {
   fmt::print(
@@ -106,7 +90,7 @@ void run(const Options& options) {
   batch.use_speed = !options.no_speed;
   batch.match_delay_s = options.match_delay_s;
   if (!options.initial_pose.empty()) {
-    batch.initial_pose = parse_pose(options.initial_pose);
+    batch.initial_pose = topoloc::apps::parse_initial_pose(options.initial_pose);
   }
   const topoloc::drive::Drive drive = topoloc::drive::load_drive(options.drive, options.vehicle);
   std::optional<topoloc::drive::FrameLog> frames;

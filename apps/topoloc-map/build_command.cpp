@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/mapping/map_builder.hpp"
+#include "topoloc/refinement/trajectory_refiner.hpp"
 
 #include "commands.hpp"
+#include "common/initial_pose.hpp"
 #include "common/log_damage.hpp"
 #include "common/progress_bar.hpp"
 
@@ -25,7 +27,10 @@ struct Options {
   BuildPaths paths;
   BuildConfig config;
   std::string refine = "none";
-  double trajectory_std_deg = 0.05;
+  std::string odometry = "wheel-imu";
+  std::string initial_pose;
+  std::optional<double> trajectory_std_m;  // the default depends on --refine
+  std::optional<double> trajectory_std_deg;
   std::uint64_t cloud_memory_mb = 1024;
   bool json = false;
 };
@@ -65,6 +70,7 @@ void print_json(const Options& options, const BuildReport& report) {
       {"cloud_spacing_m", report.cloud_spacing_m},
       {"cloud_on_disk", report.cloud_on_disk},
       {"cloud_seconds", report.cloud_seconds},
+      {"poses_seconds", report.poses_seconds},
       {"nodes_seconds", report.nodes_seconds}};
   std::cout << out.dump(2) << '\n';
 }
@@ -130,17 +136,48 @@ Progress bar(const std::string& label) {
   };
 }
 
-void run(Options& options) {
-  if (options.refine == "auto") {
-    throw std::runtime_error(
-        "--refine auto is not available yet: give a trajectory that fits the cloud and "
-        "--refine none");
+/// Refines with what the options give: a trajectory, or an initial pose.
+BuildReport build_refined(const Options& options, const BuildProgress& progress) {
+  using topoloc::refinement::TrajectoryRefiner;
+  const topoloc::drive::Drive drive = topoloc::drive::load_drive(options.paths.drive);
+  topoloc::refinement::RefinementConfig config;
+  config.frames = options.config.selection.frames;
+  config.keyframe_m = std::min(config.keyframe_m, options.config.selection.every_m);
+  config.prior_std_m = options.trajectory_std_m.value_or(config.prior_std_m);
+  if (options.trajectory_std_deg) {
+    config.prior_std_rad = *options.trajectory_std_deg * kDegree;
   }
-  options.config.trajectory_std_rad = options.trajectory_std_deg * kDegree;
+  config.render = options.config.render;
+  config.lift = options.config.lift;
+  config.threads = options.config.threads;
+  topoloc::refinement::PoseKnowledge knowledge;
+  if (options.initial_pose.empty()) {
+    knowledge.trajectory = topoloc::evaluation::read_tum(options.paths.trajectory);
+  } else {
+    knowledge.initial_pose = topoloc::apps::parse_initial_pose(options.initial_pose);
+  }
+  TrajectoryRefiner refiner(drive, std::move(knowledge), config);
+  return build_map(options.paths, options.config, progress, &refiner);
+}
+
+void run(Options& options) {
+  const bool refine = options.refine == "auto";
+  if (options.paths.trajectory.empty() == options.initial_pose.empty()) {
+    throw CLI::ValidationError("--trajectory, --initial-pose", "give one of the two");
+  }
+  if (!refine && !options.initial_pose.empty()) {
+    throw CLI::ValidationError("--initial-pose", "needs --refine auto");
+  }
+  options.config.trajectory_std_m =
+      options.trajectory_std_m.value_or(options.config.trajectory_std_m);
+  if (options.trajectory_std_deg) {
+    options.config.trajectory_std_rad = *options.trajectory_std_deg * kDegree;
+  }
   options.config.cloud_memory_bytes = options.cloud_memory_mb << 20U;
   options.config.creator = std::string("topoloc-map ") + TOPOLOC_VERSION;
-  const BuildReport report =
-      build_map(options.paths, options.config, {.cloud = bar("cloud"), .nodes = bar("nodes")});
+  const BuildProgress progress{.cloud = bar("cloud"), .poses = bar("poses"), .nodes = bar("nodes")};
+  const BuildReport report = refine ? build_refined(options, progress)
+                                    : build_map(options.paths, options.config, progress);
   if (options.json) {
     print_json(options, report);
   } else {
@@ -163,14 +200,21 @@ void add_build_command(CLI::App& app) {
   command
       ->add_option("--trajectory", options->paths.trajectory,
                    "Poses of the drive in the cloud's frame (TUM, T_world_imu)")
-      ->required()
       ->check(CLI::ExistingFile);
   command->add_option("--out,-o", options->paths.out, "Map to write (.tmap)")->required();
   command
       ->add_option("--refine", options->refine,
-                   "none: take the trajectory as it is. auto: refine it on the cloud (not "
-                   "available yet)")
+                   "none: take the trajectory as it is. auto: find the poses by comparing camera "
+                   "images and cloud (needs a cloud with intensities, and can.log)")
       ->check(CLI::IsMember({"none", "auto"}))
+      ->capture_default_str();
+  command->add_option("--initial-pose", options->initial_pose,
+                      "Instead of a trajectory: T_world_imu at the first inertial sample, "
+                      "\"x y z qx qy qz qw\"; odometry leads on from there");
+  command
+      ->add_option("--odometry", options->odometry,
+                   "What refinement knows of the motion between images")
+      ->check(CLI::IsMember({"wheel-imu"}))
       ->capture_default_str();
   command
       ->add_option("--every-metres", options->config.selection.every_m,
@@ -185,15 +229,15 @@ void add_build_command(CLI::App& app) {
                    "[all]")
       ->transform(CLI::CheckedTransformer(parities));
   command
-      ->add_option("--trajectory-std-m", options->config.trajectory_std_m,
-                   "Standard deviation of the trajectory against the cloud, per axis")
-      ->check(CLI::Range(0.0, 100.0))
-      ->capture_default_str();
+      ->add_option(
+          "--trajectory-std-m", options->trajectory_std_m,
+          "Standard deviation per axis of the trajectory, or the initial pose, against the "
+          "cloud [0.02; 0.3 with --refine auto]")
+      ->check(CLI::Range(0.0, 100.0));
   command
       ->add_option("--trajectory-std-deg", options->trajectory_std_deg,
-                   "The same of its rotation, per axis")
-      ->check(CLI::Range(0.0, 90.0))
-      ->capture_default_str();
+                   "The same of its rotation [0.05; 1 with --refine auto]")
+      ->check(CLI::Range(0.0, 90.0));
   command->add_option("--threads", options->config.threads, "Workers; 0: one per core")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
@@ -213,6 +257,10 @@ void add_build_command(CLI::App& app) {
       "  topoloc-map build --drive drive --cloud cloud.laz --trajectory drive/ground_truth.tum \\\n"
       "      --out town.tmap\n"
       "  topoloc-map build --drive drive --cloud cloud.pcd --trajectory prior.tum --out even.tmap "
-      "\\\n      --frames even --every-metres 2");
+      "\\\n      --frames even --every-metres 2\n"
+      "  topoloc-map build --drive drive --cloud cloud.laz --trajectory gnss.tum --refine auto \\\n"
+      "      --out town.tmap\n"
+      "  topoloc-map build --drive drive --cloud cloud.laz --refine auto --odometry wheel-imu \\\n"
+      "      --initial-pose \"12.5 -3.1 0.9 0 0 0.38 0.92\" --out tunnel.tmap");
   command->callback([options] { run(*options); });
 }

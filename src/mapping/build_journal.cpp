@@ -56,9 +56,9 @@ std::optional<NodeOutcome> parse_outcome(std::string_view text) {
     const NodeReport& node = report.nodes.at(0);
     outcome.figures = node.figures;
     if (node.rejected) {
-      const auto reason = std::find_if(kNodeRejects.begin(), kNodeRejects.end(), [&](NodeReject known) {
-        return name(known) == *node.rejected;
-      });
+      const auto reason =
+          std::find_if(kNodeRejects.begin(), kNodeRejects.end(),
+                       [&](NodeReject known) { return name(known) == *node.rejected; });
       if (reason == kNodeRejects.end()) {
         return std::nullopt;
       }

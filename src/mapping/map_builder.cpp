@@ -228,7 +228,8 @@ BuildReport build_map(const BuildPaths& paths, const BuildConfig& config,
   check_cloud_is_here(paths, config, drive.vehicle, grid, report.selection);
   if (refiner != nullptr) {
     start = std::chrono::steady_clock::now();
-    report.selection = plan_refined(refiner->refine(grid, frames, progress.poses), config.selection);
+    report.selection =
+        plan_refined(refiner->refine(grid, frames, progress.poses), config.selection);
     report.poses_seconds = seconds_since(start);
   } else {
     Eigen::Matrix<double, 6, 1> std;
@@ -264,9 +265,8 @@ BuildReport build_map(const BuildPaths& paths, const BuildConfig& config,
                     [](const PlannedNode& node) { return node.rejected.has_value(); }));
   report.nodes_resumed = report.selection.nodes.size() - refused - pending.size();
   start = std::chrono::steady_clock::now();
-  make_nodes({grid, drive.vehicle, config}, pending, report.selection.nodes.size() - refused, frames,
-             journal,
-             progress.nodes);
+  make_nodes({grid, drive.vehicle, config}, pending, report.selection.nodes.size() - refused,
+             frames, journal, progress.nodes);
   report.nodes_seconds = seconds_since(start);
 
   // Always through the journal, so that a resumed build cannot differ from an uninterrupted one.

@@ -41,18 +41,17 @@ std::size_t pixel_index(const RenderedView& view, const Eigen::Vector2d& pixel_p
 /// Keeps the nearest point of every pixel (of equally near ones the first in the cloud).
 void splat_nearest(const CloudGrid& grid, const RigidTransform& T_world_cam,
                    const RenderConfig& config, RenderedView& view) {
-  for_each_projected(
-      grid, view.camera, T_world_cam, config,
-      [&](std::uint32_t i, const Eigen::Vector2d& pixel_px, double z_m) {
-        const std::size_t at = pixel_index(view, pixel_px);
-        const auto depth_m = static_cast<float>(z_m);
-        if (view.point[at] == RenderedView::kHole || depth_m < view.depth_m[at]) {
-          view.depth_m[at] = depth_m;
-          view.intensity[at] = grid.cloud().intensities[i];
-          view.point[at] = i;
-          view.pixel_px[at] = pixel_px.cast<float>();
-        }
-      });
+  for_each_projected(grid, view.camera, T_world_cam, config,
+                     [&](std::uint32_t i, const Eigen::Vector2d& pixel_px, double z_m) {
+                       const std::size_t at = pixel_index(view, pixel_px);
+                       const auto depth_m = static_cast<float>(z_m);
+                       if (view.point[at] == RenderedView::kHole || depth_m < view.depth_m[at]) {
+                         view.depth_m[at] = depth_m;
+                         view.intensity[at] = grid.cloud().intensities[i];
+                         view.point[at] = i;
+                         view.pixel_px[at] = pixel_px.cast<float>();
+                       }
+                     });
 }
 
 }  // namespace
@@ -82,17 +81,17 @@ void average_intensity(const CloudGrid& grid, const RigidTransform& T_world_cam,
                        const RenderConfig& config, RenderedView& view) {
   std::vector<float> count(view.intensity.size(), 0.0F);
   std::fill(view.intensity.begin(), view.intensity.end(), 0.0F);
-  for_each_projected(grid, view.camera, T_world_cam, config,
-                     [&](std::uint32_t i, const Eigen::Vector2d& pixel_px, double z_m) {
-                       const std::size_t at = pixel_index(view, pixel_px);
-                       const auto surface_m = static_cast<double>(view.depth_m[at]);
-                       if (view.point[at] != RenderedView::kHole &&
-                           z_m <= surface_m + config.depth_margin_m +
-                                      config.depth_margin * surface_m) {
-                         view.intensity[at] += grid.cloud().intensities[i];
-                         count[at] += 1.0F;
-                       }
-                     });
+  for_each_projected(
+      grid, view.camera, T_world_cam, config,
+      [&](std::uint32_t i, const Eigen::Vector2d& pixel_px, double z_m) {
+        const std::size_t at = pixel_index(view, pixel_px);
+        const auto surface_m = static_cast<double>(view.depth_m[at]);
+        if (view.point[at] != RenderedView::kHole &&
+            z_m <= surface_m + config.depth_margin_m + config.depth_margin * surface_m) {
+          view.intensity[at] += grid.cloud().intensities[i];
+          count[at] += 1.0F;
+        }
+      });
   for (std::size_t at = 0; at < count.size(); ++at) {
     view.intensity[at] /= std::max(1.0F, count[at]);
   }

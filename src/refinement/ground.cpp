@@ -20,8 +20,8 @@ std::optional<Ground> ground_below(const mapping::CloudGrid& grid, const Eigen::
   constexpr double kFocal_px = 60.0;
   constexpr std::size_t kMinPoints = 40;
   constexpr double kFlat_m = 0.08;
-  const PinholeCamera camera{kSide_px,  kSide_px, kFocal_px, kFocal_px, 0.5 * (kSide_px - 1),
-                             0.5 * (kSide_px - 1)};
+  const PinholeCamera camera{
+      kSide_px, kSide_px, kFocal_px, kFocal_px, 0.5 * (kSide_px - 1), 0.5 * (kSide_px - 1)};
   RigidTransform T_world_down;
   T_world_down.R << 1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0;
   T_world_down.p = p_world + Eigen::Vector3d(0.0, 0.0, kAbove_m);
@@ -44,7 +44,8 @@ std::optional<Ground> ground_below(const mapping::CloudGrid& grid, const Eigen::
   for (const Eigen::Vector3d& point : points) {
     heights.push_back(point.z());
   }
-  std::nth_element(heights.begin(), heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2),
+  std::nth_element(heights.begin(),
+                   heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2),
                    heights.end());
   Eigen::Vector3d plane(heights[heights.size() / 2], 0.0, 0.0);
   std::size_t used = 0;

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <array>
+#include <ceres/ceres.h>
+#include <ceres/rotation.h>
 #include <stdexcept>
 #include <utility>
 
 #include <Eigen/Cholesky>
-#include <ceres/ceres.h>
-#include <ceres/rotation.h>
 
 namespace topoloc::refinement {
 namespace {
@@ -75,8 +75,7 @@ struct OdometryResidual {
     const Eigen::Matrix<T, 3, 1> p = from.R.transpose() * (to.p - from.p);
     Eigen::Map<Eigen::Matrix<T, 6, 1>> r(residual);
     Eigen::Matrix<T, 6, 1> xi = away_from<T>(T_from_to, R, p);
-    xi.template head<3>() +=
-        T(seconds) * Eigen::Map<const Eigen::Matrix<T, 3, 1>>(rate_error);
+    xi.template head<3>() += T(seconds) * Eigen::Map<const Eigen::Matrix<T, 3, 1>>(rate_error);
     r = inverse_std.cast<T>().cwiseProduct(xi);
     return true;
   }
@@ -147,10 +146,8 @@ struct TrackResidual {
     if (!(q.z() > T(0.1))) {
       return false;
     }
-    residual[0] =
-        (camera.fx_px * q.x() / q.z() + camera.cx_px - track.to_px.x()) / track.std_px;
-    residual[1] =
-        (camera.fy_px * q.y() / q.z() + camera.cy_px - track.to_px.y()) / track.std_px;
+    residual[0] = (camera.fx_px * q.x() / q.z() + camera.cx_px - track.to_px.x()) / track.std_px;
+    residual[1] = (camera.fy_px * q.y() / q.z() + camera.cy_px - track.to_px.y()) / track.std_px;
     return true;
   }
 };
@@ -201,8 +198,7 @@ class Problem {
             new ceres::AutoDiffCostFunction<OdometryResidual, 6, 6, 6, 3>(
                 new OdometryResidual{poses[factor.from], poses[factor.to], factor.T_from_to,
                                      factor.seconds, factor.std.cwiseInverse()}),
-            nullptr, motions_[factor.from].data(), motions_[factor.to].data(),
-            rate_error_.data());
+            nullptr, motions_[factor.from].data(), motions_[factor.to].data(), rate_error_.data());
       }
     }
     if (!graph.odometry.empty()) {
@@ -223,8 +219,7 @@ class Problem {
         problem_.AddResidualBlock(
             new ceres::AutoDiffCostFunction<GroundResidual, 1, 6, 1>(
                 new GroundResidual{poses[factor.keyframe], factor.ground, factor.std_m}),
-            new ceres::HuberLoss(config.ground_loss), motions_[factor.keyframe].data(),
-            &height_m_);
+            new ceres::HuberLoss(config.ground_loss), motions_[factor.keyframe].data(), &height_m_);
       }
     }
     height_m_ = median_height(graph.ground, poses);
@@ -240,14 +235,15 @@ class Problem {
       if (!moves(factor.from, factor.to)) {
         continue;
       }
-      const double share = std::min(
-          1.0, config.tracks_per_pair / std::max<double>(1.0, static_cast<double>(factor.tracks.size())));
+      const double share =
+          std::min(1.0, config.tracks_per_pair /
+                            std::max<double>(1.0, static_cast<double>(factor.tracks.size())));
       for (const SurfaceTrack& track : factor.tracks) {
         if (!is_sound({poses[factor.from], poses[factor.to], T_imu_cam, camera, track})) {
           continue;
         }
-        add(new ceres::AutoDiffCostFunction<TrackResidual, 2, 6, 6>(new TrackResidual{
-                poses[factor.from], poses[factor.to], T_imu_cam, camera, track}),
+        add(new ceres::AutoDiffCostFunction<TrackResidual, 2, 6, 6>(
+                new TrackResidual{poses[factor.from], poses[factor.to], T_imu_cam, camera, track}),
             new ceres::ScaledLoss(new ceres::CauchyLoss(config.track_loss), share,
                                   ceres::TAKE_OWNERSHIP),
             factor.from, factor.to);
@@ -300,17 +296,15 @@ class Problem {
   [[nodiscard]] bool moves(std::size_t from, std::size_t to) const {
     return (from >= first_ || to >= first_) && from < poses_.size() && to < poses_.size();
   }
-  void add(ceres::CostFunction* cost, ceres::LossFunction* loss, std::size_t from,
-           std::size_t to) {
+  void add(ceres::CostFunction* cost, ceres::LossFunction* loss, std::size_t from, std::size_t to) {
     problem_.AddResidualBlock(cost, loss, motions_[from].data(), motions_[to].data());
   }
   void add_absolute(std::size_t keyframe, const RigidTransform& measured, const Matrix6& whitening,
                     double loss) {
     if (moves(keyframe, keyframe)) {
-      problem_.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<AbsoluteResidual, 6, 6>(
-              new AbsoluteResidual{poses_[keyframe], measured, whitening}),
-          new ceres::CauchyLoss(loss), motions_[keyframe].data());
+      problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<AbsoluteResidual, 6, 6>(
+                                    new AbsoluteResidual{poses_[keyframe], measured, whitening}),
+                                new ceres::CauchyLoss(loss), motions_[keyframe].data());
     }
   }
 

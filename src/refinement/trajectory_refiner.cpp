@@ -83,8 +83,8 @@ class Run {
     for (std::size_t k = 0; k < keyframes_.size(); ++k) {
       const Keyframe& keyframe = keyframes_[k];
       poses_.push_back(keyframe.T_prior.value_or(keyframe.T_odometry));
-      graph_.gravity.push_back({k, keyframe.T_odometry.R.row(2).transpose(),
-                                sharing() * config_.gravity_std_rad});
+      graph_.gravity.push_back(
+          {k, keyframe.T_odometry.R.row(2).transpose(), sharing() * config_.gravity_std_rad});
       if (k > 0) {
         const double seconds = evaluation::kSecondsPerNs *
                                static_cast<double>(keyframe.time_ns - keyframes_[k - 1].time_ns);
@@ -193,8 +193,8 @@ class Run {
     undistorter_.undistort(raw, look.image);
     const RigidTransform T_world_cam = poses_[keyframe] * T_imu_cam_;
     mapping::RenderedView view = mapping::render(grid_, camera_, T_world_cam, config_.render);
-    look.points = find_surface_points(look.image, mask_, view, T_world_cam, config_.lift,
-                                      config_.tracks);
+    look.points =
+        find_surface_points(look.image, mask_, view, T_world_cam, config_.lift, config_.tracks);
     if (is_view(keyframe)) {
       mapping::average_intensity(grid_, T_world_cam, config_.render, view);
       look.correlation = correlate(camera_gradients(look.image, mask_, config_.gradients),
@@ -216,8 +216,8 @@ class Run {
     }
     parallel_for(factors.size(), config_.threads, [&](std::size_t i) {
       TrackFactor& factor = factors[i];
-      const RigidTransform T_to_from = (poses_[factor.to] * T_imu_cam_).inverse() *
-                                       (poses_[factor.from] * T_imu_cam_);
+      const RigidTransform T_to_from =
+          (poses_[factor.to] * T_imu_cam_).inverse() * (poses_[factor.from] * T_imu_cam_);
       factor.tracks = track(looks_[factor.from].image, looks_[factor.from].points,
                             looks_[factor.to].image, mask_, T_to_from, camera_, config_.tracks);
     });

@@ -105,10 +105,9 @@ std::vector<mapping::RefinedPose> judge(const SolvedDrive& drive, const Refineme
         nearest = &registration;
       }
     }
-    const Vector6 off =
-        nearest == nullptr
-            ? Vector6(Vector6::Zero())
-            : motion_between(nearest->T_world_imu, drive.poses[nearest->keyframe]);
+    const Vector6 off = nearest == nullptr
+                            ? Vector6(Vector6::Zero())
+                            : motion_between(nearest->T_world_imu, drive.poses[nearest->keyframe]);
     const double std_rad = std::sqrt(pose.covariance.diagonal().head<3>().maxCoeff());
     const double std_m = std::sqrt(pose.covariance.diagonal().tail<3>().maxCoeff());
     pose.figures = {{"pose_std_m", std_m},

@@ -113,8 +113,8 @@ double agreement(const ViewCorrelation& view, const CorrelationPatch& patch, std
   const double fv = y - v;
   const auto* upper = patch.surfaces[level].ptr<float>(v) + u;
   const auto* lower = patch.surfaces[level].ptr<float>(v + 1) + u;
-  return (1.0 - fv) * ((1.0 - fu) * static_cast<double>(upper[0]) +
-                       fu * static_cast<double>(upper[1])) +
+  return (1.0 - fv) *
+             ((1.0 - fu) * static_cast<double>(upper[0]) + fu * static_cast<double>(upper[1])) +
          fv * ((1.0 - fu) * static_cast<double>(lower[0]) + fu * static_cast<double>(lower[1]));
 }
 

@@ -165,7 +165,8 @@ Matrix6 sandwich(const Agreement& agreement, const Vector6& xi, std::size_t leve
   };
   // Gradients of each piece of the scene, and the curvature of the whole; in units of the steps.
   const std::vector<std::size_t> pieces = agreement.pieces();
-  const std::size_t count = pieces.empty() ? 0 : *std::max_element(pieces.begin(), pieces.end()) + 1;
+  const std::size_t count =
+      pieces.empty() ? 0 : *std::max_element(pieces.begin(), pieces.end()) + 1;
   Eigen::Matrix<double, Eigen::Dynamic, 6> gradients =
       Eigen::Matrix<double, Eigen::Dynamic, 6>::Zero(static_cast<Eigen::Index>(count), 6);
   Matrix6 H;
@@ -222,8 +223,7 @@ Registration register_window(std::span<const WindowView> views, const RigidTrans
   for (Candidate& candidate : tried) {
     double step = 0.5;
     for (std::size_t level = 0; level <= finest; ++level, step *= 0.5) {
-      std::tie(candidate.scaled, candidate.value) =
-          climb(agreement, level, candidate.scaled, step);
+      std::tie(candidate.scaled, candidate.value) = climb(agreement, level, candidate.scaled, step);
     }
     if (candidate.value > best.value) {
       best = candidate;

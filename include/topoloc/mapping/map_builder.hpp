@@ -23,11 +23,11 @@ namespace topoloc::mapping {
 
 /// What a map is made from, and where it goes.
 struct BuildPaths {
-  std::filesystem::path drive;       ///< folder with camera.lcm and vehicle.yaml
-  std::filesystem::path cloud;       ///< .pcd, .ply, .las or .laz, in the world frame
+  std::filesystem::path drive;  ///< folder with camera.lcm and vehicle.yaml
+  std::filesystem::path cloud;  ///< .pcd, .ply, .las or .laz, in the world frame
   /// TUM, T_world_imu of the mapping drive; may be empty if a PoseRefiner needs none.
   std::filesystem::path trajectory;
-  std::filesystem::path out;         ///< the map file
+  std::filesystem::path out;  ///< the map file
 };
 
 /// Settings of the builder. Feature model, matching camera and mask come from vehicle.yaml.
@@ -74,7 +74,7 @@ struct BuildReport {
   double cloud_spacing_m = 0.0;  ///< median distance of neighbouring points
   bool cloud_on_disk = false;    ///< it did not fit into cloud_memory_bytes
   double cloud_seconds = 0.0;    ///< loading and sorting
-  double poses_seconds = 0.0;  ///< wall clock of refinement
+  double poses_seconds = 0.0;    ///< wall clock of refinement
   double nodes_seconds = 0.0;    ///< wall clock of all nodes
 };
 

@@ -18,10 +18,10 @@ enum class NodeReject {
   kPoseContradicted,  ///< what was found on the cloud there says otherwise
 };
 
-inline constexpr std::array kNodeRejects{
-    NodeReject::kUndecodableImage, NodeReject::kCloudNotInView,  NodeReject::kTooFewFeatures,
-    NodeReject::kTooFewLifted,     NodeReject::kPoseUnsupported, NodeReject::kPoseUncertain,
-    NodeReject::kPoseContradicted};
+inline constexpr std::array kNodeRejects{NodeReject::kUndecodableImage, NodeReject::kCloudNotInView,
+                                         NodeReject::kTooFewFeatures,   NodeReject::kTooFewLifted,
+                                         NodeReject::kPoseUnsupported,  NodeReject::kPoseUncertain,
+                                         NodeReject::kPoseContradicted};
 
 /// "too_few_features"
 std::string_view name(NodeReject reason);

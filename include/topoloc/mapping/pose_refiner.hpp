@@ -27,7 +27,8 @@ struct RefinedPose {
   /// p_true = p + R t.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   std::optional<NodeReject> rejected;  ///< why no node may be made of it
-  /// What the verdict rests on, by name with unit ("std_m", "track_residual_px"): goes into the map.
+  /// What the verdict rests on, by name with unit ("std_m", "track_residual_px"): goes into the
+  /// map.
   Figures figures;
 };
 

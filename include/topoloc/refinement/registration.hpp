@@ -20,10 +20,10 @@ Vector6 motion_between(const RigidTransform& T_from, const RigidTransform& T_to)
 
 /// What a camera image, or several that hang together, said about the vehicle's pose in the cloud.
 struct Registration {
-  std::size_t keyframe = 0;    ///< whose pose it is about
-  RigidTransform T_world_imu;  ///< pose found
+  std::size_t keyframe = 0;                  ///< whose pose it is about
+  RigidTransform T_world_imu;                ///< pose found
   Matrix6 covariance = Matrix6::Identity();  ///< of the motion (theta, t) from there to the truth
-  double score = 0.0;       ///< of the pose found; higher is better, within one method
+  double score = 0.0;  ///< of the pose found; higher is better, within one method
   /// Mean agreement of independent pieces of the scene over its standard error.
   double significance = 0.0;
 };

@@ -19,9 +19,9 @@ struct SurfacePoint {
   Eigen::Vector2d pixel_px;
   double depth_m;
   double depth_std_m;
-  /// The surface in the world, plane.head<3>() . x = plane(3): it stays where it is when the pose of
-  /// the camera is found to be another, and the point slides along it. A point that moved with the
-  /// camera would take a camera's place off to the side for a turn.
+  /// The surface in the world, plane.head<3>() . x = plane(3): it stays where it is when the pose
+  /// of the camera is found to be another, and the point slides along it. A point that moved with
+  /// the camera would take a camera's place off to the side for a turn.
   Eigen::Vector4d plane_world;
 };
 
@@ -46,10 +46,10 @@ struct TrackConfig {
   int max_corners = 500;          ///< looked for in an image
   double corner_quality = 0.002;  ///< of the best corner
   double corner_distance_px = 10.0;
-  int window_px = 17;             ///< of the tracker; odd
+  int window_px = 17;  ///< of the tracker; odd
   int pyramid_levels = 3;
   double max_forward_backward_px = 0.5;
-  double pixel_std_px = 0.7;      ///< of a tracked point, per axis
+  double pixel_std_px = 0.7;  ///< of a tracked point, per axis
 };
 
 /// Corners of an image (CV_8UC1; none where `mask` is 0) whose surface the rendered cloud shows.

@@ -15,11 +15,11 @@
 namespace topoloc::refinement {
 
 struct CorrelationConfig {
-  int patch_radius_px = 20;  ///< at full resolution
-  int patch_step_px = 28;    ///< at full resolution
-  int range = 30;            ///< largest shift, in pixels of the resolution correlated at
-  double min_valid_share = 0.5;      ///< of a patch's pixels
-  double min_gradient_weight = 0.15; ///< root mean square over a patch; less is featureless
+  int patch_radius_px = 20;           ///< at full resolution
+  int patch_step_px = 28;             ///< at full resolution
+  int range = 30;                     ///< largest shift, in pixels of the resolution correlated at
+  double min_valid_share = 0.5;       ///< of a patch's pixels
+  double min_gradient_weight = 0.15;  ///< root mean square over a patch; less is featureless
   double max_patch_depth_m = 60.0;
   /// Smoothing of the correlation surfaces, coarse to fine [pixels of that resolution].
   std::array<double, 3> smoothing{3.0, 2.0, 1.2};
