@@ -79,7 +79,20 @@ ordered_json map_json(const MapFile& map, const MapSummary& summary) {
           {"sections", sections}};
 }
 
-ordered_json node_json(const QualityNode& node, bool has_report) {
+/// Rows of the covariance of a node's camera pose (docs/map-format.md); null for rejected ones.
+ordered_json covariance_json(const QualityNode& node, const map::MapFile& map) {
+  if (!node.id) {
+    return {};
+  }
+  ordered_json rows = ordered_json::array();
+  const Eigen::Matrix<double, 6, 6> P = map.node(*node.id).covariance;
+  for (int i = 0; i < 6; ++i) {
+    rows.push_back(std::vector<double>(P.col(i).begin(), P.col(i).end()));  // symmetric
+  }
+  return rows;
+}
+
+ordered_json node_json(const QualityNode& node, const map::MapFile& map, bool has_report) {
   const mapping::NodeReport& report = node.report;
   return {{"node", node.id ? ordered_json(*node.id) : ordered_json()},
           {"frame", has_report ? ordered_json(report.frame) : ordered_json()},
@@ -87,6 +100,7 @@ ordered_json node_json(const QualityNode& node, bool has_report) {
           {"along_m", node.along_m},
           {"position_m", {report.position_m.x(), report.position_m.y(), report.position_m.z()}},
           {"rejected", report.rejected ? ordered_json(*report.rejected) : ordered_json()},
+          {"covariance", covariance_json(node, map)},
           {"figures", report.figures}};
 }
 
@@ -102,7 +116,7 @@ ordered_json figures_json(const MapQuality& quality, const std::optional<std::st
   return out;
 }
 
-ordered_json build_json(const MapQuality& quality) {
+ordered_json build_json(const MapQuality& quality, const map::MapFile& map) {
   ordered_json out{{"has_report", quality.has_report}};
   if (quality.has_report) {
     out["refine"] = quality.build.refine;
@@ -124,7 +138,7 @@ ordered_json build_json(const MapQuality& quality) {
   }
   out["nodes"] = ordered_json::array();
   for (const QualityNode& node : quality.nodes) {
-    out["nodes"].push_back(node_json(node, quality.has_report));
+    out["nodes"].push_back(node_json(node, map, quality.has_report));
   }
   return out;
 }
@@ -133,7 +147,7 @@ ordered_json build_json(const MapQuality& quality) {
 
 std::string inspect_json(const MapFile& map, const MapSummary& summary, const MapQuality& quality) {
   ordered_json out = map_json(map, summary);
-  out["build"] = build_json(quality);
+  out["build"] = build_json(quality, map);
   return out.dump(2) + "\n";
 }
 
