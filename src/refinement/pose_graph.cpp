@@ -6,6 +6,7 @@
 #include <array>
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
+#include <memory>
 #include <stdexcept>
 #include <utility>
 
@@ -225,11 +226,12 @@ class Problem {
     height_m_ = median_height(graph.ground, poses);
     for (const PriorFactor& factor : graph.priors) {
       const Matrix6 whitening = factor.std.cwiseInverse().asDiagonal();
-      add_absolute(factor.keyframe, factor.T_world_imu, whitening, config.prior_loss);
+      add_absolute(factor.keyframe, factor.T_world_imu, whitening,
+                   new ceres::CauchyLoss(config.prior_loss));
     }
     for (const Registration& factor : graph.registrations) {
       add_absolute(factor.keyframe, factor.T_world_imu, inverse_root(factor.covariance),
-                   config.registration_loss);
+                   new ceres::HuberLoss(config.registration_loss));
     }
     for (const TrackFactor& factor : graph.tracks) {
       if (!moves(factor.from, factor.to)) {
@@ -300,11 +302,12 @@ class Problem {
     problem_.AddResidualBlock(cost, loss, motions_[from].data(), motions_[to].data());
   }
   void add_absolute(std::size_t keyframe, const RigidTransform& measured, const Matrix6& whitening,
-                    double loss) {
+                    ceres::LossFunction* loss) {
+    const std::unique_ptr<ceres::LossFunction> unused(moves(keyframe, keyframe) ? nullptr : loss);
     if (moves(keyframe, keyframe)) {
       problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<AbsoluteResidual, 6, 6>(
                                     new AbsoluteResidual{poses_[keyframe], measured, whitening}),
-                                new ceres::CauchyLoss(loss), motions_[keyframe].data());
+                                loss, motions_[keyframe].data());
     }
   }
 

@@ -65,10 +65,12 @@ struct SolverConfig {
   /// Tracks between two keyframes share errors (timing, surfaces): together they weigh no more than
   /// so many independent ones.
   double tracks_per_pair = 1.0;
-  double track_loss = 2.0;         ///< Cauchy scale of a track's residual, in deviations
-  double registration_loss = 3.0;  ///< the same of a registration
-  double ground_loss = 2.0;        ///< Huber threshold of the height above ground
-  double prior_loss = 3.0;         ///< the same of a prior
+  double track_loss = 2.0;  ///< Cauchy scale of a track's residual, in deviations
+  /// Huber threshold of a registration: chance finds are gone already, and a true one may be far
+  /// from where the poses begin.
+  double registration_loss = 3.0;
+  double ground_loss = 2.0;  ///< Huber threshold of the height above ground
+  double prior_loss = 3.0;   ///< Cauchy scale of a prior
 };
 
 /// Moves poses[first...] to where they fit the graph best; earlier ones stay. Factors that touch no
