@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: 2026 The topoloc authors
+"""Node poses found in a real cloud: a stretch of KITTI 2011_09_26_drive_0039 from a trajectory that
+is disturbed by 0.3 m and 1 degree per axis, and what the builder says of input that cannot fit.
+The whole drive: tools/node_pose_table.py."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+import node_pose_table  # noqa: E402
+
+DATA = Path(os.environ.get("TOPOLOC_DATA", ROOT / ".." / "shared" / "data")) / "kitti_0039"
+BINS = Path(os.environ.get("TOPOLOC_BIN", ROOT / "build" / "release" / "bin"))
+FROM_M, TO_M = 20.0, 120.0
+
+pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"{DATA} is not there")
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory: pytest.TempPathFactory) -> node_pose_table.Table:
+    work = tmp_path_factory.mktemp("refine_0039")
+    drive = work / "drive"
+    subprocess.run(
+        [ROOT / "tools" / "topoloc-import", "kitti-0039", DATA, "--out", drive],
+        check=True,
+        capture_output=True,
+    )
+    return node_pose_table.Table(drive, DATA / "cloud.laz", work / "table", BINS)
+
+
+def stretch(table: node_pose_table.Table, to_m: float) -> Path:
+    """A part of the disturbed trajectory."""
+    truth = table.truth
+    whole = truth.disturbed("slow", 7, table.work / "whole.tum").read_text().splitlines()
+    steps_m = np.linalg.norm(np.diff(truth.positions, axis=0), axis=1)
+    way_m = np.concatenate([[0.0], np.cumsum(steps_m)])
+    part = table.work / f"stretch_{to_m:.0f}.tum"
+    kept = [line for line, m in zip(whole, way_m, strict=True) if FROM_M <= m <= to_m]
+    part.write_text("\n".join(kept) + "\n")
+    return part
+
+
+def build(
+    table: node_pose_table.Table, drive: Path, cloud: Path, trajectory: Path, out: Path
+) -> subprocess.CompletedProcess[str]:
+    command = [BINS / "topoloc-map", "build", "--drive", drive, "--cloud", cloud]
+    command += ["--trajectory", trajectory, "--refine", "auto", "--out", out]
+    return subprocess.run([str(c) for c in command], capture_output=True, text=True, check=False)
+
+
+@pytest.fixture(scope="module")
+def refined(table: node_pose_table.Table) -> dict[str, Any]:
+    out = table.work / "refined.tmap"
+    result = build(table, table.drive, table.cloud, stretch(table, TO_M), out)
+    assert result.returncode == 0, result.stderr
+    return table.compare(out)
+
+
+def test_finds_the_poses_from_a_trajectory_wrong_by_decimetres(refined: dict[str, Any]) -> None:
+    print(refined)
+    assert refined["accepted"] >= 0.7
+    assert refined["median_m"] <= 0.12
+    assert refined["worst_m"] <= 0.6
+    assert refined["median_deg"] <= 0.4
+
+
+def test_errors_fit_the_covariances(refined: dict[str, Any]) -> None:
+    assert 0.1 <= refined["normalised"] <= 2.5
+
+
+def test_refuses_a_cloud_without_intensities(table: node_pose_table.Table) -> None:
+    cloud = table.work / "plain.ply"
+    head = "ply\nformat ascii 1.0\nelement vertex 4000\n"
+    head += "property float x\nproperty float y\nproperty float z\nend_header\n"
+    position = table.truth.positions[len(table.truth.positions) // 3]
+    points = position + np.random.default_rng(1).uniform(-20.0, 20.0, (4000, 3))
+    cloud.write_text(head + "\n".join(" ".join(f"{v:.3f}" for v in p) for p in points) + "\n")
+    out = table.work / "plain.tmap"
+    result = build(table, table.drive, cloud, stretch(table, 60.0), out)
+    assert result.returncode == 1
+    assert "intensities" in result.stderr
+    assert not out.exists()
+
+
+def test_refuses_a_camera_that_looks_the_other_way_up(table: node_pose_table.Table) -> None:
+    """Extrinsics with two axes the wrong way round: images and cloud cannot agree."""
+    drive = table.work / "upside_down"
+    drive.mkdir()
+    for item in table.drive.iterdir():
+        if item.name != "camchain.yaml":
+            (drive / item.name).symlink_to(item)
+    lines = (table.drive / "camchain.yaml").read_text().splitlines()
+    rows = [i for i, line in enumerate(lines) if line.strip().startswith("- [")]
+    for i in rows[:2]:  # x and y of the camera
+        numbers = [-float(v) for v in lines[i].split("[")[1].rstrip("] ").split(",")]
+        lines[i] = f"  - [{', '.join(repr(v) for v in numbers)}]"
+    (drive / "camchain.yaml").write_text("\n".join(lines) + "\n")
+    out = table.work / "upside_down.tmap"
+    result = build(table, drive, table.cloud, stretch(table, 60.0), out)
+    assert result.returncode == 1
+    assert "do not agree" in result.stderr or "miss" in result.stderr
+    assert not out.exists()
