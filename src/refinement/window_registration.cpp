@@ -88,8 +88,12 @@ class Agreement {
 
   /// What is climbed: agreement, less a penalty for leaving the start.
   [[nodiscard]] double objective(const Vector6& scaled, std::size_t level) const {
-    return sum(config_.std.cwiseProduct(scaled), level) -
-           config_.prior_weight * static_cast<double>(views_.size()) * scaled.squaredNorm();
+    return sum(config_.std.cwiseProduct(scaled), level) - penalty() * scaled.squaredNorm();
+  }
+
+  /// Cost of leaving the start by one deviation.
+  [[nodiscard]] double penalty() const {
+    return config_.prior_weight * static_cast<double>(views_.size());
   }
 
  private:
@@ -152,8 +156,9 @@ double significance(const Agreement& agreement, const Vector6& xi, std::size_t l
   return square > 0.0 ? sum / std::sqrt(square) : 0.0;
 }
 
-/// Sandwich covariance at a maximum, by central differences.
-Matrix6 sandwich(const Agreement& agreement, const Vector6& xi, std::size_t level) {
+/// Sandwich covariance at a maximum, by central differences. `std`: of the poses searched.
+Matrix6 sandwich(const Agreement& agreement, const Vector6& xi, std::size_t level,
+                 const Vector6& std) {
   constexpr double kStep_rad = 0.003;
   constexpr double kStep_m = 0.06;
   Vector6 step;
@@ -188,7 +193,12 @@ Matrix6 sandwich(const Agreement& agreement, const Vector6& xi, std::size_t leve
       H(i, j) = H(j, i) = -0.25 * mixed;
     }
   }
-  const Matrix6 G = gradients.transpose() * gradients;
+  Matrix6 G = gradients.transpose() * gradients;
+  // The penalty for leaving the start pulls, too, and in vain where the start is wrong. Where the
+  // scene says nothing, neither curvature nor scatter, that leaves the variance of the start.
+  const Vector6 pull = 2.0 * agreement.penalty() * step.cwiseQuotient(std).cwiseAbs2();
+  H.diagonal() += pull;
+  G.diagonal() += 2.0 * agreement.penalty() * pull;
   // A direction without curvature is unobserved: its variance must come out large, not negative.
   const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(H);
   const double least = 1e-3 * std::max(eigen.eigenvalues().maxCoeff(), 1e-9);
@@ -232,7 +242,7 @@ Registration register_window(std::span<const WindowView> views, const RigidTrans
   const Vector6 xi = config.std.cwiseProduct(best.scaled);
   Registration result;
   result.T_world_imu = moved(T_world_imu, xi);
-  result.covariance = sandwich(agreement, xi, finest);
+  result.covariance = sandwich(agreement, xi, finest, config.std);
   result.covariance.diagonal() += config.floor_std.cwiseAbs2();
   result.score = best.value / static_cast<double>(std::max<std::size_t>(1, agreement.patches()));
   result.significance = significance(agreement, xi, finest);

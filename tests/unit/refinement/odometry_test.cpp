@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/refinement/odometry.hpp"
+
+#include "topoloc/geometry/so3.hpp"
+
+#include "unit/refinement/turning_drive.hpp"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+namespace topoloc::refinement {
+namespace {
+
+TEST(DeadReckon, FollowsATurn) {
+  const TurningDrive drive;
+  const evaluation::Trajectory trajectory =
+      dead_reckon(drive.load(), 0.0, TurningDrive::pose_at_s(0.0));
+  ASSERT_GT(trajectory.size(), 100U);
+  EXPECT_EQ(trajectory.front().time_ns, 1000 * TurningDrive::kStart_us);
+  EXPECT_NEAR(TurningDrive::seconds(trajectory.back().time_ns), TurningDrive::kSeconds, 0.02);
+  for (const evaluation::StampedPose& pose : trajectory) {
+    const Vector6 off = motion_between(TurningDrive::pose_at_s(TurningDrive::seconds(pose.time_ns)),
+                                       pose.T_world_imu);
+    EXPECT_LT(off.head<3>().norm(), 0.01);
+    EXPECT_LT(off.tail<3>().norm(), 0.15);
+  }
+}
+
+TEST(DeadReckon, HasStrictlyIncreasingTimes) {
+  const TurningDrive drive;
+  const evaluation::Trajectory trajectory =
+      dead_reckon(drive.load(), 0.0, TurningDrive::pose_at_s(0.0));
+  EXPECT_TRUE(std::is_sorted(trajectory.begin(), trajectory.end(),
+                             [](const auto& a, const auto& b) { return a.time_ns <= b.time_ns; }));
+}
+
+TEST(DeadReckon, StartsWhereItIsToldTo) {
+  const TurningDrive drive;
+  const RigidTransform elsewhere{so3::exp({0.0, 0.0, 1.0}), {100.0, -50.0, 7.0}};
+  const evaluation::Trajectory trajectory = dead_reckon(drive.load(), 1.0, elsewhere);
+  ASSERT_FALSE(trajectory.empty());
+  EXPECT_NEAR(TurningDrive::seconds(trajectory.front().time_ns), 1.0, 0.02);
+  EXPECT_LT(motion_between(elsewhere, trajectory.front().T_world_imu).norm(), 0.15);
+  // It is the same motion from there.
+  const RigidTransform T_expected =
+      elsewhere * TurningDrive::pose_at_s(1.0).inverse() *
+      TurningDrive::pose_at_s(TurningDrive::seconds(trajectory.back().time_ns));
+  EXPECT_LT(motion_between(T_expected, trajectory.back().T_world_imu).norm(), 0.2);
+}
+
+TEST(DeadReckon, LeavesAGyroBiasToThePoseGraph) {
+  // An error of the rate that the filter would explain by itself comes out as a turn.
+  constexpr double kBias_radps = 0.004;
+  const TurningDrive drive(kBias_radps);
+  const evaluation::Trajectory trajectory =
+      dead_reckon(drive.load(), 0.0, TurningDrive::pose_at_s(0.0));
+  const double seconds = TurningDrive::seconds(trajectory.back().time_ns);
+  const Vector6 off =
+      motion_between(TurningDrive::pose_at_s(seconds), trajectory.back().T_world_imu);
+  EXPECT_NEAR(off(2), kBias_radps * seconds, 0.25 * kBias_radps * seconds);
+}
+
+TEST(MotionStd, GrowsWithWayAndTime) {
+  const OdometryNoise noise;
+  const auto std = [&](double way_m, double seconds) {
+    return motion_std({Eigen::Matrix3d::Identity(), {way_m, 0.0, 0.0}}, seconds, noise);
+  };
+  const Vector6 still = std(0.0, 0.0);
+  EXPECT_LT((still.head<3>() - Eigen::Vector3d::Constant(noise.floor_rad)).norm(), 1e-12);
+  EXPECT_LT((still.tail<3>() - Eigen::Vector3d::Constant(noise.floor_m)).norm(), 1e-12);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_GT(std(1.0, 2.0)(i), std(1.0, 1.0)(i));
+    EXPECT_EQ(std(5.0, 1.0)(i), std(1.0, 1.0)(i));
+    EXPECT_GT(std(2.0, 1.0)(3 + i), std(1.0, 1.0)(3 + i));
+    EXPECT_EQ(std(1.0, 5.0)(3 + i), std(1.0, 1.0)(3 + i));
+  }
+  // Far, the share of the way counts; long, the root of the time.
+  EXPECT_NEAR(std(100.0, 1.0)(3), 100.0 * noise.along, 0.001);
+  EXPECT_NEAR(std(100.0, 1.0)(4), 100.0 * noise.across, 0.001);
+  EXPECT_NEAR(std(1.0, 400.0)(0), 20.0 * noise.rotation_rad_per_root_s, 1e-5);
+}
+
+TEST(MotionStd, TakesTimeRunningBackwardsForNone) {
+  EXPECT_EQ(motion_std({}, -1.0, {}), motion_std({}, 0.0, {}));
+}
+
+}  // namespace
+}  // namespace topoloc::refinement

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "refinement/verdict.hpp"
+
+#include "unit/refinement/graph_drive.hpp"
+
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace topoloc::refinement {
+namespace {
+
+using mapping::NodeReject;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+/// A drive of 40 m that fits its cloud, with a registration every 8 m. Tests spoil it.
+class Verdict : public ::testing::Test {
+ protected:
+  static constexpr std::size_t kKeyframes = 41;
+
+  Verdict() {
+    for (std::size_t k = 0; k < kKeyframes; ++k) {
+      Keyframe keyframe;
+      keyframe.frame = 3 * k;
+      keyframe.time_ns = 1'000'000'000 + 250'000'000 * static_cast<std::int64_t>(k);
+      keyframe.T_odometry = drive_.truth[k];
+      keyframes_.push_back(keyframe);
+    }
+    graph_ = drive_.with_odometry();
+    for (std::size_t k = 0; k < kKeyframes; k += 8) {
+      graph_.registrations.push_back(drive_.registration(k, 0.003, 0.05));
+    }
+  }
+
+  [[nodiscard]] std::vector<mapping::RefinedPose> judged() const {
+    const PinholeCamera camera = TexturedStreet::camera();
+    const RigidTransform T_imu_cam = TexturedStreet::T_imu_cam();
+    return judge({keyframes_, drive_.truth, graph_, windows_tried_, T_imu_cam, camera}, {});
+  }
+  [[nodiscard]] std::string complaint() const {
+    try {
+      (void)judged();
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    ADD_FAILURE() << "no complaint";
+    return "";
+  }
+  /// Leaves only registrations up to a keyframe.
+  void forget_registrations_after(std::size_t keyframe) {
+    std::erase_if(graph_.registrations,
+                  [&](const Registration& r) { return r.keyframe > keyframe; });
+    windows_tried_ = graph_.registrations.size();
+  }
+
+  GraphDrive drive_{kKeyframes};
+  std::vector<Keyframe> keyframes_;
+  PoseGraph graph_;
+  std::size_t windows_tried_ = 6;
+};
+
+TEST_F(Verdict, AcceptsADriveThatFits) {
+  const auto poses = judged();
+  ASSERT_EQ(poses.size(), kKeyframes);
+  const double floor_m = RefinementConfig{}.floor_std(3);
+  for (std::size_t k = 0; k < kKeyframes; ++k) {
+    EXPECT_FALSE(poses[k].rejected.has_value()) << k;
+    EXPECT_EQ(poses[k].frame, 3 * k);
+    EXPECT_EQ(poses[k].time_ns, keyframes_[k].time_ns);
+    EXPECT_EQ(poses[k].T_world_imu.p, drive_.truth[k].p);
+    const double std_m = std::sqrt(poses[k].covariance.diagonal().tail<3>().maxCoeff());
+    EXPECT_GT(std_m, floor_m);
+    EXPECT_EQ(poses[k].figures.at("pose_std_m"), std_m);
+    EXPECT_LE(poses[k].figures.at("registration_away_m"), 4.01);
+    EXPECT_EQ(poses[k].figures.at("registration_significance"), 10.0);
+    EXPECT_EQ(poses[k].figures.count("moved_m"), 0U);
+  }
+}
+
+TEST_F(Verdict, TellsHowFarAPoseWasMoved) {
+  keyframes_[2].T_prior = drive_.truth[2];
+  keyframes_[2].T_prior->p += Eigen::Vector3d(0.3, 0.0, 0.4);
+  EXPECT_NEAR(judged()[2].figures.at("moved_m"), 0.5, 1e-9);
+}
+
+TEST_F(Verdict, RejectsWhatNoRegistrationIsNear) {
+  forget_registrations_after(16);
+  const auto poses = judged();
+  for (std::size_t k = 0; k < kKeyframes; ++k) {
+    if (k > 31) {
+      EXPECT_EQ(poses[k].rejected, NodeReject::kPoseUnsupported) << k;
+      EXPECT_GT(poses[k].figures.at("registration_away_m"), 15.0) << k;
+    } else if (k < 31) {
+      EXPECT_FALSE(poses[k].rejected.has_value()) << k;
+    }
+  }
+}
+
+TEST_F(Verdict, RejectsWhatIsUncertainInPlace) {
+  forget_registrations_after(16);
+  graph_.odometry[20].std.tail<3>().setConstant(0.5);  // the wheels slipped: from 20 to 21
+  const auto poses = judged();
+  EXPECT_FALSE(poses[20].rejected.has_value());
+  EXPECT_EQ(poses[21].rejected, NodeReject::kPoseUncertain);
+  EXPECT_EQ(poses[28].rejected, NodeReject::kPoseUncertain);
+  EXPECT_GT(poses[21].figures.at("pose_std_m"), 0.25);
+}
+
+TEST_F(Verdict, RejectsWhatIsUncertainInDirection) {
+  forget_registrations_after(16);
+  graph_.odometry[20].std.head<3>().setConstant(0.05);
+  const auto poses = judged();
+  EXPECT_FALSE(poses[20].rejected.has_value());
+  EXPECT_EQ(poses[21].rejected, NodeReject::kPoseUncertain);
+  EXPECT_LT(poses[21].figures.at("pose_std_m"), 0.25);
+}
+
+TEST_F(Verdict, RejectsWhatItsRegistrationContradicts) {
+  graph_.registrations[2].T_world_imu.p.y() += 0.5;  // of keyframe 16
+  const auto poses = judged();
+  for (std::size_t k = 0; k < kKeyframes; ++k) {
+    if (k > 12 && k < 20) {
+      EXPECT_EQ(poses[k].rejected, NodeReject::kPoseContradicted) << k;
+      EXPECT_NEAR(poses[k].figures.at("registration_residual_m"), 0.5, 1e-9) << k;
+    } else if (k < 12 || k > 20) {
+      EXPECT_FALSE(poses[k].rejected.has_value()) << k;
+    }
+  }
+}
+
+TEST_F(Verdict, RefusesADriveOfWhichTooLittleWasRegistered) {
+  windows_tried_ = 16;  // 6 of them: under 40 %
+  EXPECT_THAT(complaint(), AllOf(HasSubstr("of 16 stretches"), HasSubstr("only 6"),
+                                 HasSubstr("cloud of this place"), HasSubstr("intensities"),
+                                 HasSubstr("calibration"), HasSubstr("time offset")));
+  windows_tried_ = 15;
+  EXPECT_NO_THROW((void)judged());
+}
+
+TEST_F(Verdict, RefusesADriveWhoseTracksMiss) {
+  graph_.tracks = drive_.tracks({1});
+  EXPECT_NO_THROW((void)judged());
+  for (TrackFactor& factor : graph_.tracks) {
+    for (SurfaceTrack& track : factor.tracks) {
+      track.to_px.x() += 3.2;
+    }
+  }
+  EXPECT_THAT(complaint(),
+              AllOf(HasSubstr("3.2 px"), HasSubstr("at most 2.0 px"), HasSubstr("intrinsics"),
+                    HasSubstr("extrinsics"), HasSubstr("time offset"), HasSubstr("wheel scale")));
+}
+
+TEST_F(Verdict, KeepsADriveInWhichAFewTracksMiss) {
+  graph_.tracks = drive_.tracks({1});
+  for (SurfaceTrack& track : graph_.tracks[5].tracks) {
+    track.to_px.y() += 3.0;
+  }
+  const auto poses = judged();
+  EXPECT_NEAR(poses[5].figures.at("track_residual_px"), 3.0, 1e-6);
+  EXPECT_NEAR(poses[6].figures.at("track_residual_px"), 0.0, 1e-6);
+}
+
+}  // namespace
+}  // namespace topoloc::refinement
