@@ -59,7 +59,7 @@ TEST(DeadReckon, LeavesAGyroBiasToThePoseGraph) {
   const double seconds = TurningDrive::seconds(trajectory.back().time_ns);
   const Vector6 off =
       motion_between(TurningDrive::pose_at_s(seconds), trajectory.back().T_world_imu);
-  EXPECT_NEAR(off(2), kBias_radps * seconds, 0.25 * kBias_radps * seconds);
+  EXPECT_NEAR(off(2), kBias_radps * seconds, 0.02 * kBias_radps * seconds);
 }
 
 TEST(MotionStd, GrowsWithWayAndTime) {

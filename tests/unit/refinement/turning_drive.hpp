@@ -19,7 +19,7 @@ class TurningDrive {
   static constexpr std::int64_t kStart_us = 1'700'000'000'000'000;
   static constexpr double kSpeed_mps = 8.0;
   static constexpr double kRate_radps = 0.2;
-  static constexpr double kSeconds = 4.0;
+  static constexpr double kSeconds = 12.0;
 
   /// `bias_radps`: what the gyro shows too much about the vertical.
   explicit TurningDrive(double bias_radps = 0.0) {
