@@ -97,12 +97,13 @@ TEST_F(BuildJournalTest, StoringALoadedNodeChangesNoByte) {
 
 TEST_F(BuildJournalTest, RemembersWhyANodeWasRejected) {
   const BuildJournal journal = open();
-  for (int i = 0; i < kNodeRejectCount; ++i) {
-    const auto frame = static_cast<std::size_t>(i);
-    journal.store(frame, {static_cast<NodeReject>(i), {}, {{"coverage", 0.1 * i}}});
+  std::size_t frame = 0;
+  for (const NodeReject reason : kNodeRejects) {
+    const Figures figures{{"coverage", 0.1 * static_cast<double>(++frame)}};
+    journal.store(frame, {reason, {}, figures});
     ASSERT_TRUE(journal.contains(frame));
-    EXPECT_EQ(journal.load(frame).rejected, static_cast<NodeReject>(i));
-    EXPECT_EQ(journal.load(frame).figures, (Figures{{"coverage", 0.1 * i}}));
+    EXPECT_EQ(journal.load(frame).rejected, reason);
+    EXPECT_EQ(journal.load(frame).figures, figures);
   }
 }
 
