@@ -51,7 +51,7 @@ class MapBuilderTest : public ::testing::Test {
         throw std::runtime_error("power cut");
       }
     };
-    EXPECT_THAT([&] { build_map(drive_.paths, config, {.cloud = {}, .nodes = die}); },
+    EXPECT_THAT([&] { build_map(drive_.paths, config, {.cloud = {}, .poses = {}, .nodes = die}); },
                 ThrowsMessage<std::runtime_error>(HasSubstr("power cut")));
     EXPECT_FALSE(std::filesystem::exists(drive_.paths.out));
     EXPECT_TRUE(std::filesystem::exists(partial()));
@@ -192,9 +192,9 @@ TEST_F(MapBuilderTest, MemoryForTheCloudDoesNotChangeAByte) {
 TEST_F(MapBuilderTest, GoesOnAfterAnInterruptionToTheSameFile) {
   interrupt(config_);
   std::vector<double> fractions;
-  const BuildReport report =
-      build_map(drive_.paths, config_,
-                {.cloud = {}, .nodes = [&](double fraction) { fractions.push_back(fraction); }});
+  const BuildReport report = build_map(
+      drive_.paths, config_,
+      {.cloud = {}, .poses = {}, .nodes = [&](double fraction) { fractions.push_back(fraction); }});
   EXPECT_EQ(report.nodes_resumed, 2U);
   EXPECT_EQ(report.nodes_written, 5U);
   EXPECT_THAT(fractions, ::testing::ElementsAre(0.6, 0.8, 1.0));
