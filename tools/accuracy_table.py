@@ -100,6 +100,14 @@ def read_tum(path: Path) -> npt.NDArray[np.float64]:
     return np.loadtxt(path, comments="#", ndmin=2)
 
 
+def evaluate(bins: Path, reference: Path, estimate: Path) -> dict[str, float]:
+    """Errors of a trajectory from FROM_SECONDS on."""
+    command: list[str | Path] = [bins / "topoloc-evaluate", "--reference", reference]
+    command += ["--estimate", estimate, "--from-seconds", FROM_SECONDS, "--json", "-"]
+    figures: dict[str, float] = json.loads(run(*command))
+    return figures
+
+
 def disturbed(pose: npt.NDArray[np.float64]) -> str:
     """Pose x y z qx qy qz qw moved by 1 m (0.71 m forward and left) and turned by 3 degrees."""
     x, y, z, qx, qy, qz, qw = pose
@@ -190,27 +198,11 @@ class Table:
         else:
             command += ["--map", self.map_of(row)]
         run(*command)
-        figures: dict[str, float] = self.evaluate(estimate)
+        figures = evaluate(self.bins, self.reference, estimate)
         figures["frame_ms"] = json.loads(estimate.with_suffix(".json").read_text())[
             "median_frame_ms"
         ]
         return figures
-
-    def evaluate(self, estimate: Path) -> dict[str, float]:
-        out: dict[str, float] = json.loads(
-            run(
-                self.bins / "topoloc-evaluate",
-                "--reference",
-                self.reference,
-                "--estimate",
-                estimate,
-                "--from-seconds",
-                FROM_SECONDS,
-                "--json",
-                "-",
-            )
-        )
-        return out
 
     def nearest_node(self, row: Row) -> dict[str, float]:
         """What a localiser that answers with the pose of the nearest node would reach."""
@@ -229,7 +221,7 @@ class Table:
                 for stamp, i in zip(stamps, nearest, strict=True)
             )
         )
-        return self.evaluate(estimate)
+        return evaluate(self.bins, self.reference, estimate)
 
 
 # Settings that change what a map holds.

@@ -16,8 +16,6 @@ import argparse
 import hashlib
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -25,26 +23,19 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation, Slerp
 
+from accuracy_table import evaluate, run
 from freshness import newest_ns
 
 ROOT = Path(__file__).resolve().parent.parent
 STD_M = 0.3
 STD_RAD = np.radians(1.0)
 CORRELATION_M = 40.0  # of the slow disturbance: standard deviation of its Gaussian kernel
-FROM_SECONDS = "2"
 HEADER = (
     "| prior | refine | accepted | longest gap [m] | median [cm] | worst [cm] | median [deg] "
     "| normalised | APEt [cm] | poses [s] |\n|---|---|---|---|---|---|---|---|---|---|"
 )
 
 Floats = npt.NDArray[np.float64]
-
-
-def run(*command: str | Path) -> str:
-    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        sys.exit(f"{' '.join(map(str, command))}\nfailed:\n{done.stderr}{done.stdout}")
-    return done.stdout
 
 
 def stamps(path: Path) -> list[str]:
@@ -173,10 +164,7 @@ class Table:
         command: list[str | Path] = [self.bins / "topoloc-localise", "--drive", self.drive]
         command += ["--map", built, "--frames", "odd", "--initial-pose=" + initial]
         run(*command, "--out", estimate)
-        evaluate: list[str | Path] = [self.bins / "topoloc-evaluate", "--estimate", estimate]
-        evaluate += ["--reference", self.drive / "ground_truth.tum"]
-        figures = json.loads(run(*evaluate, "--from-seconds", FROM_SECONDS, "--json", "-"))
-        return float(figures["apet_m"])
+        return evaluate(self.bins, self.drive / "ground_truth.tum", estimate)["apet_m"]
 
 
 def markdown(f: dict[str, Any]) -> str:

@@ -9,11 +9,9 @@
 #include "common/text_file.hpp"
 #include "summary.hpp"
 
-#include <cmath>
 #include <exception>
 #include <filesystem>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -23,7 +21,6 @@
 
 namespace {
 
-using topoloc::RigidTransform;
 namespace localiser = topoloc::localiser;
 
 constexpr const char* kExamples = R"(

@@ -2,9 +2,10 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "summary.hpp"
 
+#include "topoloc/evaluation/median.hpp"
+
 #include "common/log_damage.hpp"
 
-#include <algorithm>
 #include <map>
 #include <string>
 #include <vector>
@@ -15,19 +16,11 @@ namespace {
 
 using topoloc::drive::Drive;
 using topoloc::drive::FrameLog;
+using topoloc::evaluation::median;
 using topoloc::localiser::BatchResult;
 
 /// Counts by reason; reasons that did not occur are left out.
 using Counts = std::map<std::string, std::uint64_t>;
-
-double median(std::vector<double> values) {
-  if (values.empty()) {
-    return 0.0;
-  }
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 Counts rejected(const Drive& drive, const FrameLog* frames, const BatchResult& result) {
   using topoloc::estimation::InsertVerdict;

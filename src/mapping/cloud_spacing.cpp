@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/evaluation/median.hpp"
 #include "topoloc/mapping/cloud_grid.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace topoloc::mapping {
 
@@ -30,12 +32,7 @@ double CloudGrid::median_spacing_m() const {
       squared_m2.push_back(nearest_m2);
     }
   }
-  if (squared_m2.empty()) {
-    return 0.0;
-  }
-  const auto middle = squared_m2.begin() + static_cast<std::ptrdiff_t>(squared_m2.size() / 2);
-  std::nth_element(squared_m2.begin(), middle, squared_m2.end());
-  return std::sqrt(static_cast<double>(*middle));
+  return std::sqrt(static_cast<double>(evaluation::median(std::move(squared_m2))));
 }
 
 }  // namespace topoloc::mapping

@@ -2,10 +2,11 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/refinement/ground.hpp"
 
+#include "topoloc/evaluation/median.hpp"
 #include "topoloc/mapping/render.hpp"
 
-#include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -44,10 +45,7 @@ std::optional<Ground> ground_below(const mapping::CloudGrid& grid, const Eigen::
   for (const Eigen::Vector3d& point : points) {
     heights.push_back(point.z());
   }
-  std::nth_element(heights.begin(),
-                   heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2),
-                   heights.end());
-  Eigen::Vector3d plane(heights[heights.size() / 2], 0.0, 0.0);
+  Eigen::Vector3d plane(evaluation::median(std::move(heights)), 0.0, 0.0);
   std::size_t used = 0;
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds; ++round) {

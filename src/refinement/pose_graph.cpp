@@ -2,11 +2,12 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/refinement/pose_graph.hpp"
 
+#include "topoloc/evaluation/median.hpp"
+
 #include <algorithm>
 #include <array>
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
-#include <memory>
 #include <stdexcept>
 #include <utility>
 
@@ -179,12 +180,7 @@ double median_height(const std::vector<GroundFactor>& factors,
       heights.push_back(poses[factor.keyframe].p.z() - factor.ground.height_m);
     }
   }
-  if (heights.empty()) {
-    return 0.0;
-  }
-  const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);
-  std::nth_element(heights.begin(), middle, heights.end());
-  return *middle;
+  return evaluation::median(std::move(heights));
 }
 
 /// The graph as Ceres sees it.
@@ -225,13 +221,17 @@ class Problem {
     }
     height_m_ = median_height(graph.ground, poses);
     for (const PriorFactor& factor : graph.priors) {
-      const Matrix6 whitening = factor.std.cwiseInverse().asDiagonal();
-      add_absolute(factor.keyframe, factor.T_world_imu, whitening,
-                   new ceres::CauchyLoss(config.prior_loss));
+      if (moves(factor.keyframe, factor.keyframe)) {
+        const Matrix6 whitening = factor.std.cwiseInverse().asDiagonal();
+        add_absolute(factor.keyframe, factor.T_world_imu, whitening,
+                     new ceres::CauchyLoss(config.prior_loss));
+      }
     }
     for (const Registration& factor : graph.registrations) {
-      add_absolute(factor.keyframe, factor.T_world_imu, inverse_root(factor.covariance),
-                   new ceres::HuberLoss(config.registration_loss));
+      if (moves(factor.keyframe, factor.keyframe)) {
+        add_absolute(factor.keyframe, factor.T_world_imu, inverse_root(factor.covariance),
+                     new ceres::HuberLoss(config.registration_loss));
+      }
     }
     for (const TrackFactor& factor : graph.tracks) {
       if (!moves(factor.from, factor.to)) {
@@ -244,11 +244,12 @@ class Problem {
         if (!is_sound({poses[factor.from], poses[factor.to], T_imu_cam, camera, track})) {
           continue;
         }
-        add(new ceres::AutoDiffCostFunction<TrackResidual, 2, 6, 6>(
+        problem_.AddResidualBlock(
+            new ceres::AutoDiffCostFunction<TrackResidual, 2, 6, 6>(
                 new TrackResidual{poses[factor.from], poses[factor.to], T_imu_cam, camera, track}),
             new ceres::ScaledLoss(new ceres::CauchyLoss(config.track_loss), share,
                                   ceres::TAKE_OWNERSHIP),
-            factor.from, factor.to);
+            motions_[factor.from].data(), motions_[factor.to].data());
       }
     }
     for (std::size_t i = 0; i < first_ && i < motions_.size(); ++i) {
@@ -298,17 +299,11 @@ class Problem {
   [[nodiscard]] bool moves(std::size_t from, std::size_t to) const {
     return (from >= first_ || to >= first_) && from < poses_.size() && to < poses_.size();
   }
-  void add(ceres::CostFunction* cost, ceres::LossFunction* loss, std::size_t from, std::size_t to) {
-    problem_.AddResidualBlock(cost, loss, motions_[from].data(), motions_[to].data());
-  }
   void add_absolute(std::size_t keyframe, const RigidTransform& measured, const Matrix6& whitening,
                     ceres::LossFunction* loss) {
-    const std::unique_ptr<ceres::LossFunction> unused(moves(keyframe, keyframe) ? nullptr : loss);
-    if (moves(keyframe, keyframe)) {
-      problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<AbsoluteResidual, 6, 6>(
-                                    new AbsoluteResidual{poses_[keyframe], measured, whitening}),
-                                loss, motions_[keyframe].data());
-    }
+    problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<AbsoluteResidual, 6, 6>(
+                                  new AbsoluteResidual{poses_[keyframe], measured, whitening}),
+                              loss, motions_[keyframe].data());
   }
 
   std::size_t first_;

@@ -2,7 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "refinement/verdict.hpp"
 
-#include <algorithm>
+#include "topoloc/evaluation/median.hpp"
+
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -14,14 +15,7 @@
 namespace topoloc::refinement {
 namespace {
 
-double median(std::vector<double> values) {
-  if (values.empty()) {
-    return 0.0;
-  }
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
+using evaluation::median;
 
 /// Way along the drive up to each keyframe [m].
 std::vector<double> way(const std::vector<Keyframe>& keyframes) {

@@ -2,8 +2,10 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/refinement/view_correlation.hpp"
 
-#include <algorithm>
+#include "topoloc/evaluation/median.hpp"
+
 #include <cmath>
+#include <utility>
 
 #include <opencv2/imgproc.hpp>
 
@@ -20,12 +22,7 @@ double median_depth(const mapping::RenderedView& view, const cv::Rect& square) {
       }
     }
   }
-  if (depths.empty()) {
-    return 0.0;
-  }
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return static_cast<double>(*middle);
+  return static_cast<double>(evaluation::median(std::move(depths)));
 }
 
 cv::Mat shrunk(const cv::Mat& field, int shrink) {

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from programs import done
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -18,6 +19,15 @@ ROOT = Path(__file__).resolve().parents[2]
 def models() -> Path:
     """Folder of the default models."""
     return Path(os.environ.get("TOPOLOC_MODELS", ROOT / "third_party/cache/models"))
+
+
+@pytest.fixture(scope="session")
+def kitti_0039(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Drive folder of KITTI 2011_09_26_drive_0039, to be read only."""
+    data = Path(os.environ.get("TOPOLOC_DATA", ROOT / ".." / "shared" / "data"))
+    drive = tmp_path_factory.mktemp("kitti_0039") / "drive"
+    done(ROOT / "tools/topoloc-import", "kitti-0039", data / "kitti_0039", "--out", drive)
+    return drive
 
 
 @pytest.fixture(scope="session")

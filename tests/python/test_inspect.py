@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from PIL import Image
+from programs import done, run
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA = Path(os.environ.get("TOPOLOC_DATA", ROOT / ".." / "shared" / "data")) / "kitti_0009"
@@ -25,16 +26,6 @@ REJECTED_COLOUR = (220, 0, 220)  # RGB, of the first reason
 EDGE_COLOUR = (80, 255, 80)
 
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"{DATA} is not there")
-
-
-def run(*command: str | Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([str(c) for c in command], capture_output=True, text=True, check=False)
-
-
-def done(*command: str | Path) -> str:
-    result = run(*command)
-    assert result.returncode == 0, result.stderr
-    return result.stdout
 
 
 def inspect(*arguments: str | Path) -> subprocess.CompletedProcess[str]:

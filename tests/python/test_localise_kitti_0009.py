@@ -19,22 +19,13 @@ import onnx
 import onnx.helper
 import onnx.numpy_helper
 import pytest
+from programs import done, run
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA = Path(os.environ.get("TOPOLOC_DATA", ROOT / ".." / "shared" / "data")) / "kitti_0009"
 BIN = Path(os.environ.get("TOPOLOC_BIN", ROOT / "build/release/bin"))
 
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"{DATA} is not there")
-
-
-def run(*command: str | Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([str(c) for c in command], capture_output=True, text=True, check=False)
-
-
-def done(*command: str | Path) -> str:
-    result = run(*command)
-    assert result.returncode == 0, result.stderr
-    return result.stdout
 
 
 @pytest.fixture(scope="module")

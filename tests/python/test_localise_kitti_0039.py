@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import csv
 import os
-import subprocess
 import sys
 from collections import Counter
 from pathlib import Path
@@ -26,16 +25,10 @@ pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"{DATA} is not there"
 
 
 @pytest.fixture(scope="module")
-def table(tmp_path_factory: pytest.TempPathFactory) -> accuracy_table.Table:
-    work = tmp_path_factory.mktemp("kitti_0039")
-    drive = work / "drive"
-    subprocess.run(
-        [ROOT / "tools" / "topoloc-import", "kitti-0039", DATA, "--out", drive],
-        check=True,
-        capture_output=True,
-    )
+def table(tmp_path_factory: pytest.TempPathFactory, kitti_0039: Path) -> accuracy_table.Table:
+    work = tmp_path_factory.mktemp("localise_0039")
     return accuracy_table.Table(
-        drive, DATA / "cloud.laz", drive / "ground_truth.tum", work / "table", BINS
+        kitti_0039, DATA / "cloud.laz", kitti_0039 / "ground_truth.tum", work / "table", BINS
     )
 
 

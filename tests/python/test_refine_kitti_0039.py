@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from programs import run
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
@@ -27,15 +28,9 @@ pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"{DATA} is not there"
 
 
 @pytest.fixture(scope="module")
-def table(tmp_path_factory: pytest.TempPathFactory) -> node_pose_table.Table:
+def table(tmp_path_factory: pytest.TempPathFactory, kitti_0039: Path) -> node_pose_table.Table:
     work = tmp_path_factory.mktemp("refine_0039")
-    drive = work / "drive"
-    subprocess.run(
-        [ROOT / "tools" / "topoloc-import", "kitti-0039", DATA, "--out", drive],
-        check=True,
-        capture_output=True,
-    )
-    return node_pose_table.Table(drive, DATA / "cloud.laz", work / "table", BINS)
+    return node_pose_table.Table(kitti_0039, DATA / "cloud.laz", work / "table", BINS)
 
 
 def stretch(table: node_pose_table.Table, to_m: float) -> Path:
@@ -53,9 +48,9 @@ def stretch(table: node_pose_table.Table, to_m: float) -> Path:
 def build(
     table: node_pose_table.Table, drive: Path, cloud: Path, trajectory: Path, out: Path
 ) -> subprocess.CompletedProcess[str]:
-    command = [BINS / "topoloc-map", "build", "--drive", drive, "--cloud", cloud]
+    command: list[str | Path] = [BINS / "topoloc-map", "build", "--drive", drive, "--cloud", cloud]
     command += ["--trajectory", trajectory, "--refine", "auto", "--out", out]
-    return subprocess.run([str(c) for c in command], capture_output=True, text=True, check=False)
+    return run(*command)
 
 
 @pytest.fixture(scope="module")
