@@ -8,7 +8,7 @@
 namespace topoloc::refinement {
 namespace {
 
-evaluation::Trajectory reckon(const drive::Drive& drive, const PoseKnowledge& knowledge) {
+DeadReckoning reckon(const drive::Drive& drive, const PoseKnowledge& knowledge) {
   if (knowledge.initial_pose) {
     return dead_reckon(drive, 0.0, *knowledge.initial_pose);
   }
@@ -19,20 +19,29 @@ evaluation::Trajectory reckon(const drive::Drive& drive, const PoseKnowledge& kn
   return dead_reckon(drive, start_s, first.T_world_imu);
 }
 
+/// Of the filter's last tick until then.
+double tilt_std_at(const DeadReckoning& odometry, std::int64_t time_ns) {
+  const auto after = std::upper_bound(
+      odometry.filtered.begin() + 1, odometry.filtered.end(), time_ns,
+      [](std::int64_t t, const evaluation::StampedPose& pose) { return t < pose.time_ns; });
+  return odometry.tilt_std_rad[static_cast<std::size_t>(after - odometry.filtered.begin()) - 1];
+}
+
 }  // namespace
 
 std::vector<Keyframe> choose_keyframes(const drive::Drive& drive, const PoseKnowledge& knowledge,
                                        const drive::FrameLog& frames,
                                        const RefinementConfig& config) {
-  const evaluation::Trajectory odometry = reckon(drive, knowledge);
+  const DeadReckoning odometry = reckon(drive, knowledge);
   std::vector<Keyframe> keyframes;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     if (!mapping::is_used(i, config.frames)) {
       continue;
     }
     const std::int64_t time_ns = frames.time_ns(i);
-    const auto T_odometry = evaluation::pose_at(odometry, time_ns, kMaxPoseGap_ns);
-    if (!T_odometry ||
+    const auto T_odometry = evaluation::pose_at(odometry.turned_by_gyro, time_ns, kMaxPoseGap_ns);
+    const auto T_filtered = evaluation::pose_at(odometry.filtered, time_ns, kMaxPoseGap_ns);
+    if (!T_odometry || !T_filtered ||
         (!keyframes.empty() &&
          (T_odometry->p - keyframes.back().T_odometry.p).norm() < config.keyframe_m)) {
       continue;
@@ -44,7 +53,8 @@ std::vector<Keyframe> choose_keyframes(const drive::Drive& drive, const PoseKnow
         continue;
       }
     }
-    keyframes.push_back({i, time_ns, *T_odometry, T_prior});
+    keyframes.push_back({i, time_ns, *T_odometry, T_filtered->R.row(2).transpose(),
+                         tilt_std_at(odometry, time_ns), T_prior});
   }
   if (keyframes.empty()) {
     throw std::runtime_error(

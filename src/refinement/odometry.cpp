@@ -3,37 +3,63 @@
 #include "topoloc/refinement/odometry.hpp"
 
 #include "topoloc/localiser/batch.hpp"
+#include "topoloc/refinement/gyro_integral.hpp"
 
 #include <cmath>
 
 namespace topoloc::refinement {
 
-evaluation::Trajectory dead_reckon(const drive::Drive& drive, double start_s,
-                                   const RigidTransform& T_world_imu) {
+namespace {
+
+/// The same way step by step, with rotations by the gyro.
+evaluation::Trajectory turned_by_gyro(const evaluation::Trajectory& filtered,
+                                      const GyroIntegral& gyro) {
+  evaluation::Trajectory result;
+  for (std::size_t i = 0; i < filtered.size(); ++i) {
+    if (i == 0) {
+      result.push_back(filtered[0]);
+      continue;
+    }
+    RigidTransform step = filtered[i - 1].T_world_imu.inverse() * filtered[i].T_world_imu;
+    step.R = gyro.between(filtered[i - 1].time_ns, filtered[i].time_ns);
+    result.push_back({filtered[i].time_ns, result.back().T_world_imu * step});
+  }
+  return result;
+}
+
+}  // namespace
+
+DeadReckoning dead_reckon(const drive::Drive& drive, double start_s,
+                          const RigidTransform& T_world_imu) {
   localiser::BatchOptions options;
   options.start_s = start_s;
   options.initial_pose = T_world_imu;
-  evaluation::Trajectory trajectory;
+  DeadReckoning result;
   localiser::BatchObserver observer;
   observer.estimate = [&](const estimation::Estimate& estimate) {
-    if (trajectory.empty() || estimate.time_ns > trajectory.back().time_ns) {
-      trajectory.push_back({estimate.time_ns, estimate.state.T_world_imu()});
+    if (result.filtered.empty() || estimate.time_ns > result.filtered.back().time_ns) {
+      result.filtered.push_back({estimate.time_ns, estimate.state.T_world_imu()});
+      result.tilt_std_rad.push_back(
+          std::sqrt(estimate.P.diagonal().segment<2>(estimation::error_index::kTheta).maxCoeff()));
     }
   };
   // Left to itself the filter would take what the no-slip assumption gets wrong in a turn for a
-  // gyro bias, and turn away with it: biases are the pose graph's to find.
+  // gyro bias, and a wrong tilt for an accelerometer bias.
   drive::Drive steady = drive;
   steady.vehicle.estimator.initial.gyro_bias_radps = 0.0005;
+  steady.vehicle.estimator.initial.accel_bias_mps2 = 0.005;
   run_batch(steady, nullptr, nullptr, options, observer);
-  return trajectory;
+  const GyroIntegral gyro(drive.imu, drive.vehicle.estimator.initial_gyro_bias_radps);
+  result.turned_by_gyro = turned_by_gyro(result.filtered, gyro);
+  return result;
 }
 
 Vector6 motion_std(const RigidTransform& T_from_to, double seconds, const OdometryNoise& noise) {
   const double rotation = std::hypot(
       noise.floor_rad, noise.rotation_rad_per_root_s * std::sqrt(std::max(0.0, seconds)));
   const double way_m = T_from_to.p.norm();
-  const double along_m = std::hypot(noise.floor_m, noise.along * way_m);
-  const double across_m = std::hypot(noise.floor_m, noise.across * way_m);
+  const double along_m = std::hypot(noise.floor_m, noise.along_m_per_root_m * std::sqrt(way_m));
+  const double across_m = std::hypot(noise.floor_m, noise.across_m_per_root_m * std::sqrt(way_m));
   Vector6 std;
   std << rotation, rotation, rotation, along_m, across_m, across_m;
   return std;

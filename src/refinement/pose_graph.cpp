@@ -84,15 +84,17 @@ struct OdometryResidual {
 };
 
 struct GravityResidual {
+  static constexpr double kGravity_mps2 = 9.81;
   RigidTransform start;
   Eigen::Vector3d up_imu;
   double std_rad;
 
   template <typename T>
-  bool operator()(const T* motion, T* residual) const {
+  bool operator()(const T* motion, const T* force_error, T* residual) const {
     const Eigen::Matrix<T, 3, 1> up = pose_of(start, motion).R.row(2).transpose();
+    const Eigen::Map<const Eigen::Matrix<T, 3, 1>> error(force_error);
     Eigen::Map<Eigen::Matrix<T, 3, 1>> r(residual);
-    r = (up - up_imu.cast<T>()) / T(std_rad);
+    r = (up + error / T(kGravity_mps2) - up_imu.cast<T>()) / T(std_rad);
     return true;
   }
 };
@@ -112,13 +114,14 @@ struct GroundResidual {
   }
 };
 
-struct RateErrorResidual {
-  double std_radps;
+/// A constant error of an inertial sensor is about zero.
+struct SensorErrorResidual {
+  double std;
 
   template <typename T>
-  bool operator()(const T* rate_error, T* residual) const {
+  bool operator()(const T* error, T* residual) const {
     for (int i = 0; i < 3; ++i) {
-      residual[i] = rate_error[i] / std_radps;
+      residual[i] = error[i] / std;
     }
     return true;
   }
@@ -199,17 +202,18 @@ class Problem {
       }
     }
     if (!graph.odometry.empty()) {
-      problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<RateErrorResidual, 3, 3>(
-                                    new RateErrorResidual{graph.rate_error_std_radps}),
-                                nullptr, rate_error_.data());
+      add_sensor_error(graph.rate_error_std_radps, rate_error_);
     }
     for (const GravityFactor& factor : graph.gravity) {
       if (moves(factor.keyframe, factor.keyframe)) {
         problem_.AddResidualBlock(
-            new ceres::AutoDiffCostFunction<GravityResidual, 3, 6>(
+            new ceres::AutoDiffCostFunction<GravityResidual, 3, 6, 3>(
                 new GravityResidual{poses[factor.keyframe], factor.up_imu, factor.std_rad}),
-            nullptr, motions_[factor.keyframe].data());
+            nullptr, motions_[factor.keyframe].data(), force_error_.data());
       }
+    }
+    if (!graph.gravity.empty()) {
+      add_sensor_error(graph.force_error_std_mps2, force_error_);
     }
     for (const GroundFactor& factor : graph.ground) {
       if (moves(factor.keyframe, factor.keyframe)) {
@@ -299,6 +303,11 @@ class Problem {
   [[nodiscard]] bool moves(std::size_t from, std::size_t to) const {
     return (from >= first_ || to >= first_) && from < poses_.size() && to < poses_.size();
   }
+  void add_sensor_error(double std, std::array<double, 3>& error) {
+    problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<SensorErrorResidual, 3, 3>(
+                                  new SensorErrorResidual{std}),
+                              nullptr, error.data());
+  }
   void add_absolute(std::size_t keyframe, const RigidTransform& measured, const Matrix6& whitening,
                     ceres::LossFunction* loss) {
     problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<AbsoluteResidual, 6, 6>(
@@ -309,7 +318,8 @@ class Problem {
   std::size_t first_;
   std::vector<RigidTransform> poses_;
   std::vector<Motion> motions_;
-  std::array<double, 3> rate_error_{};
+  std::array<double, 3> rate_error_{};   // [rad/s]
+  std::array<double, 3> force_error_{};  // [m/s^2]
   double height_m_ = 0.0;  // of the vehicle above the road
   ceres::Problem problem_;
 };

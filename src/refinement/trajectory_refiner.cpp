@@ -77,14 +77,14 @@ class Run {
   /// What odometry and the trajectory or initial pose say, and first poses from it.
   void start() {
     graph_.rate_error_std_radps = drive_.vehicle.estimator.initial.gyro_bias_radps;
+    graph_.force_error_std_mps2 = drive_.vehicle.estimator.initial.accel_bias_mps2;
     Vector6 prior_std;
     prior_std << Eigen::Vector3d::Constant(config_.prior_std_rad),
         Eigen::Vector3d::Constant(config_.prior_std_m);
     for (std::size_t k = 0; k < keyframes_.size(); ++k) {
       const Keyframe& keyframe = keyframes_[k];
       poses_.push_back(keyframe.T_prior.value_or(keyframe.T_odometry));
-      graph_.gravity.push_back(
-          {k, keyframe.T_odometry.R.row(2).transpose(), sharing() * config_.gravity_std_rad});
+      graph_.gravity.push_back({k, keyframe.up_imu, sharing() * keyframe.up_std_rad});
       if (k > 0) {
         const double seconds = evaluation::kSecondsPerNs *
                                static_cast<double>(keyframe.time_ns - keyframes_[k - 1].time_ns);

@@ -14,6 +14,7 @@ import numpy as np
 
 from topoloc_import.can_log import InertialRow
 from topoloc_import.drive_folder import (
+    RT3003_BIAS,
     CameraModel,
     write_calibration,
     write_camera,
@@ -43,7 +44,7 @@ def import_kitti_0039(source: Path, folder: Path) -> None:
     camera = CameraModel(first.width_px, first.height_px, K, distortion.tolist(), T_cam_imu)
     interval_s = float(np.median(np.diff([row.time_ns for row in rows]))) * 1e-9
     write_calibration(folder, camera, imu_rate_hz=1 / interval_s)
-    write_vehicle(folder, "KITTI 2011_09_26_drive_0039", KITTI_MOUNTING)
+    write_vehicle(folder, "KITTI 2011_09_26_drive_0039", KITTI_MOUNTING, RT3003_BIAS)
     write_camera(folder, frames(source, images))
 
 

@@ -13,7 +13,7 @@ from topoloc_import.can_log import InertialRow
 
 # The angular rates of a row are low-pass filtered and describe the vehicle this much before the
 # row's time; pose, velocity and accelerations do not lag. The same on all KITTI drives, to 5 ms:
-# tools/oxts_rate_lag.py measures it (median over 20 drives other than 0039 and 0009).
+# tools/oxts_noise.py measures it (median over 20 drives other than 0039 and 0009).
 RATE_LAG_NS = 55_000_000
 
 

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from topoloc_import.can_log import InertialRow
 from topoloc_import.drive_folder import (
+    RT3003_BIAS,
     CameraModel,
     write_calibration,
     write_camera,
@@ -55,7 +56,7 @@ def import_kitti_raw(source: Path, folder: Path, cloud: bool) -> None:
     write_tum(folder / "ground_truth.tum", truth)
     interval_s = float(np.median(np.diff(truth.time_ns))) * 1e-9
     write_calibration(folder, camera, imu_rate_hz=1 / interval_s)
-    write_vehicle(folder, f"KITTI {drive.name}", KITTI_MOUNTING)
+    write_vehicle(folder, f"KITTI {drive.name}", KITTI_MOUNTING, RT3003_BIAS)
     write_camera(folder, frames(images))
     if cloud:
         scans = numbered_files(drive / "velodyne_points", "bin")

@@ -22,7 +22,8 @@ struct OdometryFactor {
   Vector6 std;
 };
 
-/// Which way is up, as inertial dead reckoning has it.
+/// Which way is up, as inertial dead reckoning has it. A constant error of the specific force tilts
+/// it.
 struct GravityFactor {
   std::size_t keyframe;
   Eigen::Vector3d up_imu;  ///< the world's z axis in the vehicle's axes
@@ -53,6 +54,7 @@ struct TrackFactor {
 struct PoseGraph {
   std::vector<OdometryFactor> odometry;
   double rate_error_std_radps = 0.005;  ///< per axis, constant over the drive: gyro bias
+  double force_error_std_mps2 = 0.1;    ///< the same of the specific force: tilts all `gravity`
   std::vector<GravityFactor> gravity;
   std::vector<GroundFactor> ground;
   std::vector<PriorFactor> priors;

@@ -37,7 +37,6 @@ struct RefinementConfig {
   double camera_scale = 1.5;  ///< image size of refinement, in sizes of the matching camera
   double prior_std_m = 0.3;   ///< of the trajectory or the initial pose, per axis
   double prior_std_rad = std::numbers::pi / 180.0;
-  double gravity_std_rad = 0.2 * std::numbers::pi / 180.0;  ///< of roll and pitch by odometry
   double ground_std_m = 0.06;  ///< of the height above the road: suspension, cloud
   /// Way over which such errors stay the same: neighbouring poses count as one together.
   double error_correlation_m = 20.0;

@@ -22,7 +22,7 @@ struct SearchConfig {
   Vector6 std = (Vector6() << 0.008, 0.008, 0.0175, 0.35, 0.3, 0.3).finished();
   /// Added to the covariance found: what all pieces of a scene share (calibration, time stamps,
   /// how the window bends).
-  Vector6 floor_std = (Vector6() << 0.003, 0.003, 0.002, 0.04, 0.025, 0.04).finished();
+  Vector6 floor_std = (Vector6() << 0.006, 0.006, 0.004, 0.08, 0.05, 0.08).finished();
   int samples = 1500;      ///< poses tried at the coarsest level
   int starts = 4;          ///< best of them that are followed to their maximum
   std::uint64_t seed = 1;  ///< of the samples

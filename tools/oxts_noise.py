@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: 2026 The topoloc authors
-"""How much the angular rates of KITTI's GNSS/INS rows lag behind their attitude, and how noisy
-rates and accelerations are as an IMU that is sampled like these rows.
+"""How much the angular rates of KITTI's GNSS/INS rows lag behind their attitude, how noisy and
+biased rates and accelerations are as an IMU that is sampled like these rows, and how far ways by
+speed and attitude are from ways by position.
 
 For each drive and axis, the rate is shifted in time until its mean over each interval fits the
-attitude's change best; accelerations likewise against the velocity's change.
+attitude's change best; accelerations likewise against the velocity's change. Then, for stretches of
+20 m: the direction of the way in the vehicle's axes and its length against the integrated speed.
+The errors of position that this shows are those of any cloud that was put together with such poses.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ from scipy.spatial.transform import Rotation
 
 Array = npt.NDArray[np.float64]
 GRAVITY_MPS2 = 9.81
+STRETCH_M = 20.0
 SHIFTS_S = np.arange(-0.05, 0.1501, 0.005)
 
 
@@ -30,13 +34,17 @@ def read_drive(path: Path) -> dict[str, Array]:
     return {name: table[name] for name in table.dtype.names or ()}
 
 
+def attitude_of(rows: dict[str, Array]) -> Rotation:
+    return Rotation.from_euler(
+        "ZYX", np.column_stack([rows["yaw_rad"], rows["pitch_rad"], rows["roll_rad"]])
+    )
+
+
 def changes(rows: dict[str, Array]) -> tuple[Array, Array, Array, Array, Array]:
     """Times, interval lengths, body rates and specific force that the poses imply per interval."""
     time_s = (rows["timestamp_ns"] - rows["timestamp_ns"][0]) * 1e-9
     dt_s = np.diff(time_s)
-    attitude = Rotation.from_euler(
-        "ZYX", np.column_stack([rows["yaw_rad"], rows["pitch_rad"], rows["roll_rad"]])
-    )
+    attitude = attitude_of(rows)
     rates = (attitude[:-1].inv() * attitude[1:]).as_rotvec() / dt_s[:, None]
     c, s = np.cos(rows["yaw_rad"]), np.sin(rows["yaw_rad"])
     # vf and vl are level; vl counts to the right in these files (docs/calibration.md).
@@ -49,19 +57,48 @@ def changes(rows: dict[str, Array]) -> tuple[Array, Array, Array, Array, Array]:
 
 def best_shift(
     time_s: Array, dt_s: Array, middle_s: Array, implied: Array, measured: Array
-) -> tuple[float, float]:
-    """Shift [s] with the smallest residual, and the residual's density [unit/sqrt(Hz)] there."""
+) -> tuple[float, float, float]:
+    """Shift [s] with the smallest residual, the residual's density [unit/sqrt(Hz)] there, and its
+    mean [unit]: the bias."""
     spline = CubicSpline(time_s, measured)
     inside = (
         (middle_s > time_s[0] + 0.2) & (middle_s < time_s[-1] - 0.2) & (dt_s > 0.02) & (dt_s < 0.13)
     )
     residuals = []
+    biases = []
     for shift in SHIFTS_S:
         mean = np.mean([spline(middle_s + shift + f * dt_s) for f in (-1 / 3, 0, 1 / 3)], axis=0)
         r = (implied - mean)[inside]
+        biases.append(-float(np.mean(r)))
         residuals.append(float(np.sqrt(np.mean((r - np.median(r)) ** 2))))
     best = int(np.argmin(residuals))
-    return float(SHIFTS_S[best]), residuals[best] * float(np.sqrt(np.median(dt_s)))
+    return float(SHIFTS_S[best]), residuals[best] * float(np.sqrt(np.median(dt_s))), biases[best]
+
+
+def way_spread(rows: dict[str, Array]) -> tuple[float, float, float]:
+    """Robust standard deviation over stretches, around the drive's own median, of the way by
+    position against the way by speed and attitude: sideways, up and along, as shares of the way."""
+    scale = np.cos(np.radians(rows["lat_deg"][0])) * 6378137.0
+    position = np.column_stack(
+        [
+            scale * np.radians(rows["lon_deg"]),
+            scale * np.log(np.tan(np.pi / 4 + np.radians(rows["lat_deg"]) / 2)),
+            rows["alt_m"],
+        ]
+    )
+    attitude = attitude_of(rows)
+    half = Rotation.from_rotvec(0.5 * (attitude[:-1].inv() * attitude[1:]).as_rotvec())
+    steps = (attitude[:-1] * half).inv().apply(np.diff(position, axis=0))
+    speed = 0.5 * (rows["vf_mps"][1:] + rows["vf_mps"][:-1])
+    lengths = speed * np.diff(rows["timestamp_ns"]) * 1e-9
+    number = (np.cumsum(lengths) / STRETCH_M).astype(int)
+    shares = []
+    for i in np.unique(number):
+        way, length = steps[number == i].sum(axis=0), lengths[number == i].sum()
+        if way[0] > 0.8 * STRETCH_M:
+            shares.append([way[1] / way[0], way[2] / way[0], way[0] / length])
+    spread = np.median(np.abs(shares - np.median(shares, axis=0)), axis=0) * 1.4826
+    return float(spread[0]), float(spread[1]), float(spread[2])
 
 
 def main() -> None:
@@ -81,7 +118,9 @@ def main() -> None:
     axes = ("wx", "wy", "wz", "ax", "ay", "az")
     columns = [f"{a}_radps" if a[0] == "w" else f"{a}_mps2" for a in axes]
     table = []
-    print("drive                  " + "".join(f"{a:>18}" for a in axes))
+    spreads = []
+    print("Lag, noise density [unit/sqrt(Hz)], bias [unit]")
+    print("drive                  " + "".join(f"{a:>25}" for a in axes))
     for path in args.drives:
         if any(path.name.split(".")[0].endswith(number) for number in args.exclude):
             continue
@@ -95,10 +134,16 @@ def main() -> None:
         table.append(figures)
         print(
             f"{path.name.split('.')[0]:<23}"
-            + "".join(f"{1e3 * shift:6.0f} ms {density:8.4f}" for shift, density in figures)
+            + "".join(f"{1e3 * s:6.0f} ms {d:7.4f} {b:8.4f}" for s, d, b in figures)
         )
+        spreads.append((path.name.split(".")[0], *way_spread(rows)))
     median = np.median(np.array(table), axis=0)
-    print(f"{'median':<23}" + "".join(f"{1e3 * s:6.0f} ms {d:8.4f}" for s, d in median))
+    print(f"{'median':<23}" + "".join(f"{1e3 * s:6.0f} ms {d:7.4f} {b:8.4f}" for s, d, b in median))
+    print(f"\nSpread of ways of {STRETCH_M:.0f} m [%]: sideways, up, along")
+    for name, *spread in spreads:
+        print(f"{name:<23}" + "".join(f"{100 * s:8.2f}" for s in spread))
+    middle = np.median([spread for _, *spread in spreads], axis=0)
+    print(f"{'median':<23}" + "".join(f"{100 * s:8.2f}" for s in middle))
 
 
 if __name__ == "__main__":
