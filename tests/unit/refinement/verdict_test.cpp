@@ -41,7 +41,9 @@ class Verdict : public ::testing::Test {
   [[nodiscard]] std::vector<mapping::RefinedPose> judged() const {
     const PinholeCamera camera = TexturedStreet::camera();
     const RigidTransform T_imu_cam = TexturedStreet::T_imu_cam();
-    return judge({keyframes_, drive_.truth, graph_, windows_tried_, T_imu_cam, camera}, {});
+    return judge({keyframes_, drive_.truth, graph_, windows_tried_, graph_.registrations.size(),
+                  T_imu_cam, camera},
+                 {});
   }
   [[nodiscard]] std::string complaint() const {
     try {
