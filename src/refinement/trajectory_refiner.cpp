@@ -31,6 +31,7 @@ struct Look {
   cv::Mat image;  // undistorted
   std::vector<SurfacePoint> points;
   ViewCorrelation correlation;
+  double correlation_seconds = 0.0;
 };
 
 /// The matching camera at another resolution.
@@ -216,10 +217,12 @@ class Run {
     look.points =
         find_surface_points(look.image, mask_, view, T_world_cam, config_.lift, config_.tracks);
     if (is_view(keyframe) && config_.routes != Routes::kMatches) {
+      const StopWatch watch;
       mapping::average_intensity(grid_, T_world_cam, config_.render, view);
       look.correlation = correlate(camera_gradients(look.image, mask_, config_.gradients),
                                    intensity_gradients(view, config_.gradients), view, T_world_cam,
                                    shrink, config_.correlation);
+      look.correlation_seconds = watch.seconds();
     }
     return look;
   }
@@ -257,7 +260,7 @@ class Run {
   void register_stretch(std::size_t begin, std::size_t end, double search_share) {
     const std::size_t first_attempt = attempts_.size();
     if (config_.routes != Routes::kMatches) {
-      correlate_window_before(end, search_share);
+      correlate_window(begin, end, search_share);
     }
     if (match_route_ && !is_fruitless()) {
       match_views(begin, end, search_share);
@@ -266,14 +269,16 @@ class Run {
   }
 
   /// Registers the window of views that ends with keyframe end - 1 (route b).
-  void correlate_window_before(std::size_t end, double search_share) {
+  void correlate_window(std::size_t begin, std::size_t end, double search_share) {
     const StopWatch watch;
+    double seconds = 0.0;  // spent on what keyframes [begin, end) add
     std::vector<WindowView> views;
     std::vector<std::size_t> members;
     for (std::size_t k = end; k-- > 0 && views.size() < config_.window.views;) {
       if (is_view(k)) {
         views.push_back({&looks_[k].correlation, poses_[k]});
         members.push_back(k);
+        seconds += k >= begin ? looks_[k].correlation_seconds : 0.0;
       }
     }
     if (2 * views.size() < config_.window.views) {
@@ -283,8 +288,8 @@ class Run {
     SearchConfig search = config_.search;
     search.std *= search_share;
     search.seed += middle;
-    record(middle, register_window(views, poses_[middle], T_imu_cam_, camera_, search),
-           watch.seconds());
+    const Registration found = register_window(views, poses_[middle], T_imu_cam_, camera_, search);
+    record(middle, found, seconds + watch.seconds());
   }
 
   /// Registers the views among keyframes [begin, end), one by one (route a).
