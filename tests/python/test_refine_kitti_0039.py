@@ -47,11 +47,11 @@ def stretch(table: node_pose_table.Table, to_m: float) -> Path:
 
 
 def build(
-    drive: Path, cloud: Path, trajectory: Path, out: Path, refine: str = "auto"
+    drive: Path, cloud: Path, trajectory: Path, out: Path
 ) -> subprocess.CompletedProcess[str]:
     """With its registrations beside the map."""
     command: list[str | Path] = [BINS / "topoloc-map", "build", "--drive", drive, "--cloud", cloud]
-    command += ["--trajectory", trajectory, "--refine", refine, "--out", out]
+    command += ["--trajectory", trajectory, "--refine", "auto", "--out", out]
     return run(*command, "--registrations", out.with_suffix(".csv"))
 
 

@@ -136,6 +136,12 @@ TEST_F(Verdict, RejectsWhatItsRegistrationContradicts) {
   }
 }
 
+TEST_F(Verdict, AllowsToARegistrationWhatItIsUncertainBy) {
+  graph_.registrations[2].T_world_imu.p.y() += 0.5;  // of keyframe 16
+  graph_.registrations[2].covariance = both(0.02, 0.3).cwiseAbs2().asDiagonal();
+  EXPECT_FALSE(judged()[16].rejected.has_value());
+}
+
 TEST_F(Verdict, RefusesADriveOfWhichTooLittleWasRegistered) {
   windows_tried_ = 16;  // 6 of them: under 40 %
   EXPECT_THAT(complaint(), AllOf(HasSubstr("of 16 stretches"), HasSubstr("only 6"),
