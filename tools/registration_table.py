@@ -103,8 +103,8 @@ def build(table: Table, refine: str, *prior: str | Path) -> dict[str, Any]:
 
 def nodes_columns(result: dict[str, Any]) -> str:
     if "refused" in result:
-        first = result["refused"].removeprefix("refinement: ").split(":")[0]
-        return f"refused: {first} | - | -"
+        words = result["refused"].removeprefix("refinement: ").split(":")[0].split()
+        return f"refused: {' '.join(words[:7])} | - | -"
     nodes = result["nodes"]
     return f"{100 * nodes['accepted']:.0f} % | {nodes['median_m']:.2f} | {nodes['median_deg']:.2f}"
 
