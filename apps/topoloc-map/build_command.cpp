@@ -200,7 +200,8 @@ BuildReport build_refined(const Options& options, const BuildProgress& progress)
   }
 }
 
-void run(Options& options) {
+/// Throws CLI::ValidationError where options do not go together.
+void check(const Options& options) {
   const bool refine = options.refine != "none";
   if (options.paths.trajectory.empty() == options.initial_pose.empty()) {
     throw CLI::ValidationError("--trajectory, --initial-pose", "give one of the two");
@@ -214,6 +215,10 @@ void run(Options& options) {
   if (options.refine != "auto" && options.refine != "matches" && !options.pair_model.empty()) {
     throw CLI::ValidationError("--pair-model", "needs --refine auto or matches");
   }
+}
+
+void run(Options& options) {
+  check(options);
   options.config.trajectory_std_m =
       options.trajectory_std_m.value_or(options.config.trajectory_std_m);
   if (options.trajectory_std_deg) {
@@ -222,8 +227,9 @@ void run(Options& options) {
   options.config.cloud_memory_bytes = options.cloud_memory_mb << 20U;
   options.config.creator = std::string("topoloc-map ") + TOPOLOC_VERSION;
   const BuildProgress progress{.cloud = bar("cloud"), .poses = bar("poses"), .nodes = bar("nodes")};
-  const BuildReport report = refine ? build_refined(options, progress)
-                                    : build_map(options.paths, options.config, progress);
+  const BuildReport report = options.refine == "none"
+                                 ? build_map(options.paths, options.config, progress)
+                                 : build_refined(options, progress);
   if (options.json) {
     print_json(options, report);
   } else {
