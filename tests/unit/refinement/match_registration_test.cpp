@@ -18,7 +18,7 @@
 namespace topoloc::refinement {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kMatchDegree = std::numbers::pi / 180.0;
 const double kSignificant = RefinementConfig{}.min_significance;
 
 /// A street, its cloud and one view of it from a pose that is wrong.
@@ -66,7 +66,7 @@ TEST_F(MatchRegistration, FindsThePoseOfAView) {
   EXPECT_GT(found().significance, kSignificant);
   EXPECT_GT(found().score, 0.5);
   const Vector6 off = error(found(), 2.0);
-  EXPECT_LT(off.head<3>().norm(), 0.4 * kDegree) << off.transpose();
+  EXPECT_LT(off.head<3>().norm(), 0.4 * kMatchDegree) << off.transpose();
   EXPECT_LT(off.tail<3>().norm(), 0.12) << off.transpose();
 }
 
