@@ -104,17 +104,22 @@ class Table:
         self.sources = [newest_ns([p]) for p in (drive, cloud, bins / "topoloc-map")]
         work.mkdir(parents=True, exist_ok=True)
 
-    def row(self, label: str, refine: str, *prior: str | Path) -> dict[str, Any]:
+    def plan(self, refine: str, *prior: str | Path) -> tuple[Path, list[str | Path]]:
+        """Where the map with these settings goes, and the command that builds it."""
         key = json.dumps([self.sources, str(self.drive.resolve()), refine, *map(str, prior)])
         name = hashlib.sha256(key.encode()).hexdigest()[:16]
         built = self.work / f"nodes_{name}.tmap"
+        command: list[str | Path] = [self.bins / "topoloc-map", "build", "--json"]
+        command += ["--drive", self.drive, "--cloud", self.cloud, "--out", built]
+        command += ["--frames", "even", "--refine", refine, *prior]
+        if refine == "none":
+            command += ["--trajectory-std-m", str(STD_M), "--trajectory-std-deg", "1"]
+        return built, command
+
+    def row(self, label: str, refine: str, *prior: str | Path) -> dict[str, Any]:
+        built, command = self.plan(refine, *prior)
         report = built.with_suffix(".json")
         if not report.exists():
-            command: list[str | Path] = [self.bins / "topoloc-map", "build", "--json"]
-            command += ["--drive", self.drive, "--cloud", self.cloud, "--out", built]
-            command += ["--frames", "even", "--refine", refine, *prior]
-            if refine == "none":
-                command += ["--trajectory-std-m", str(STD_M), "--trajectory-std-deg", "1"]
             report.write_text(run(*command))
         figures = self.compare(built)
         figures.update(

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/mapping/map_builder.hpp"
+#include "topoloc/matching/image_pair_matcher.hpp"
 #include "topoloc/refinement/trajectory_refiner.hpp"
 
 #include "commands.hpp"
@@ -8,6 +9,8 @@
 #include "common/log_damage.hpp"
 #include "common/progress_bar.hpp"
 
+#include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -27,6 +30,8 @@ struct Options {
   BuildPaths paths;
   BuildConfig config;
   std::string refine = "none";
+  std::filesystem::path pair_model;
+  std::filesystem::path registrations;
   std::string odometry = "wheel-imu";
   std::string initial_pose;
   std::optional<double> trajectory_std_m;  // the default depends on --refine
@@ -136,8 +141,23 @@ Progress bar(const std::string& label) {
   };
 }
 
+/// How images are matched with the cloud: by the models of the drive, or by a detector-free one.
+topoloc::refinement::PairMatching pair_matching(const Options& options,
+                                                topoloc::matching::MatchingConfig config) {
+  // Across the modalities networks are never sure; what is wrong is left out by geometry.
+  config.min_match_score = std::min(config.min_match_score, 0.01);
+  if (config.matcher == "guided") {
+    config.matcher = "mutual";  // its likeness without a prediction
+  }
+  return {topoloc::matching::make_pair_matcher(config, options.pair_model),
+          options.pair_model.empty()
+              ? config.extractor + ' ' + config.matcher
+              : std::filesystem::absolute(options.pair_model).lexically_normal().string()};
+}
+
 /// Refines with what the options give: a trajectory, or an initial pose.
 BuildReport build_refined(const Options& options, const BuildProgress& progress) {
+  using topoloc::refinement::Routes;
   using topoloc::refinement::TrajectoryRefiner;
   const topoloc::drive::Drive drive = topoloc::drive::load_drive(options.paths.drive);
   topoloc::refinement::RefinementConfig config;
@@ -156,18 +176,49 @@ BuildReport build_refined(const Options& options, const BuildProgress& progress)
   } else {
     knowledge.initial_pose = topoloc::apps::parse_initial_pose(options.initial_pose);
   }
-  TrajectoryRefiner refiner(drive, std::move(knowledge), config);
-  return build_map(options.paths, options.config, progress, &refiner);
+  const std::map<std::string, Routes> routes{{"auto", Routes::kAuto},
+                                             {"correlation", Routes::kCorrelation},
+                                             {"matches", Routes::kMatches}};
+  config.routes = routes.at(options.refine);
+  topoloc::refinement::PairMatching matching;
+  if (config.routes != Routes::kCorrelation) {
+    matching = pair_matching(options, drive.vehicle.matching);
+  }
+  TrajectoryRefiner refiner(drive, std::move(knowledge), config, std::move(matching));
+  const auto write_registrations = [&] {
+    if (!options.registrations.empty()) {
+      topoloc::refinement::write_registrations(options.registrations, refiner.attempts());
+    }
+  };
+  try {
+    BuildReport report = build_map(options.paths, options.config, progress, &refiner);
+    write_registrations();
+    return report;
+  } catch (const std::runtime_error&) {
+    write_registrations();  // they show why
+    throw;
+  }
 }
 
-void run(Options& options) {
-  const bool refine = options.refine == "auto";
+/// Throws CLI::ValidationError where options do not go together.
+void check(const Options& options) {
+  const bool refine = options.refine != "none";
   if (options.paths.trajectory.empty() == options.initial_pose.empty()) {
     throw CLI::ValidationError("--trajectory, --initial-pose", "give one of the two");
   }
   if (!refine && !options.initial_pose.empty()) {
-    throw CLI::ValidationError("--initial-pose", "needs --refine auto");
+    throw CLI::ValidationError("--initial-pose", "needs --refine auto, correlation or matches");
   }
+  if (!refine && !options.registrations.empty()) {
+    throw CLI::ValidationError("--registrations", "needs --refine auto, correlation or matches");
+  }
+  if (options.refine != "auto" && options.refine != "matches" && !options.pair_model.empty()) {
+    throw CLI::ValidationError("--pair-model", "needs --refine auto or matches");
+  }
+}
+
+void run(Options& options) {
+  check(options);
   options.config.trajectory_std_m =
       options.trajectory_std_m.value_or(options.config.trajectory_std_m);
   if (options.trajectory_std_deg) {
@@ -176,8 +227,9 @@ void run(Options& options) {
   options.config.cloud_memory_bytes = options.cloud_memory_mb << 20U;
   options.config.creator = std::string("topoloc-map ") + TOPOLOC_VERSION;
   const BuildProgress progress{.cloud = bar("cloud"), .poses = bar("poses"), .nodes = bar("nodes")};
-  const BuildReport report = refine ? build_refined(options, progress)
-                                    : build_map(options.paths, options.config, progress);
+  const BuildReport report = options.refine == "none"
+                                 ? build_map(options.paths, options.config, progress)
+                                 : build_refined(options, progress);
   if (options.json) {
     print_json(options, report);
   } else {
@@ -204,10 +256,20 @@ void add_build_command(CLI::App& app) {
   command->add_option("--out,-o", options->paths.out, "Map to write (.tmap)")->required();
   command
       ->add_option("--refine", options->refine,
-                   "none: take the trajectory as it is. auto: find the poses by comparing camera "
-                   "images and cloud (needs a cloud with intensities, and can.log)")
-      ->check(CLI::IsMember({"none", "auto"}))
+                   "none: take the trajectory as it is. Else find the poses by comparing camera "
+                   "images and cloud (needs a cloud with intensities, and can.log): by the "
+                   "correlation of gradients in windows of views, by matches of single views, or "
+                   "auto: by both, where each is good")
+      ->check(CLI::IsMember({"none", "auto", "correlation", "matches"}))
       ->capture_default_str();
+  command
+      ->add_option("--pair-model", options->pair_model,
+                   "ONNX file of a detector-free network that matches camera images and LiDAR "
+                   "intensities (docs/models.md), in place of the models that vehicle.yaml names")
+      ->check(CLI::ExistingFile);
+  command->add_option("--registrations", options->registrations,
+                      "Write every registration that refinement tried here (CSV), also where the "
+                      "build is then refused");
   command->add_option("--initial-pose", options->initial_pose,
                       "Instead of a trajectory: T_world_imu at the first inertial sample, "
                       "\"x y z qx qy qz qw\"; odometry leads on from there");
@@ -232,11 +294,11 @@ void add_build_command(CLI::App& app) {
       ->add_option(
           "--trajectory-std-m", options->trajectory_std_m,
           "Standard deviation per axis of the trajectory, or the initial pose, against the "
-          "cloud [0.02; 0.3 with --refine auto]")
+          "cloud [0.02; 0.3 with refinement]")
       ->check(CLI::Range(0.0, 100.0));
   command
       ->add_option("--trajectory-std-deg", options->trajectory_std_deg,
-                   "The same of its rotation [0.05; 1 with --refine auto]")
+                   "The same of its rotation [0.05; 1 with refinement]")
       ->check(CLI::Range(0.0, 90.0));
   command->add_option("--threads", options->config.threads, "Workers; 0: one per core")
       ->check(CLI::Range(0, 1024))

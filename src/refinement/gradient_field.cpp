@@ -2,9 +2,9 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/refinement/gradient_field.hpp"
 
-#include <algorithm>
+#include "refinement/smooth_intensity.hpp"
+
 #include <cmath>
-#include <vector>
 
 #include <opencv2/imgproc.hpp>
 
@@ -44,22 +44,6 @@ GradientField orientation_field(const cv::Mat& image, const cv::Mat& valid, doub
   return field;
 }
 
-/// Intensity that 95 of 100 visible points do not reach: makes any unit comparable.
-float bright(const mapping::RenderedView& view) {
-  std::vector<float> values;
-  for (std::size_t i = 0; i < view.intensity.size(); ++i) {
-    if (view.point[i] != mapping::RenderedView::kHole) {
-      values.push_back(view.intensity[i]);
-    }
-  }
-  if (values.empty()) {
-    return 0.0F;
-  }
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 95 / 100);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
 }  // namespace
 
 GradientField camera_gradients(const cv::Mat& grey, const cv::Mat& mask,
@@ -77,24 +61,7 @@ GradientField camera_gradients(const cv::Mat& grey, const cv::Mat& mask,
 GradientField intensity_gradients(const mapping::RenderedView& view, const GradientConfig& config) {
   constexpr double kNoise = 0.02;
   constexpr int kMargin_px = 3;
-  const cv::Size size(view.camera.width_px, view.camera.height_px);
-  const float scale = bright(view);
-  cv::Mat seen = cv::Mat::zeros(size, CV_32F);
-  cv::Mat sum = cv::Mat::zeros(size, CV_32F);
-  for (int v = 0; v < size.height; ++v) {
-    for (int u = 0; u < size.width; ++u) {
-      if (!view.is_hole(u, v)) {
-        seen.at<float>(v, u) = 1.0F;
-        sum.at<float>(v, u) =
-            scale > 0.0F ? std::clamp(view.intensity[view.index(u, v)] / scale, 0.0F, 2.0F) : 0.0F;
-      }
-    }
-  }
-  // Normalised convolution: mean of the points around, however many they are.
-  const cv::Mat density = blurred(seen, config.intensity_sigma_px);
-  cv::Mat mean = blurred(sum, config.intensity_sigma_px) / (density + 1e-6F);
-  // The root evens out retro-reflectors and tarmac.
-  cv::sqrt(cv::max(mean, 0.0), mean);
+  const auto [mean, seen] = smooth_intensity(view, config.intensity_sigma_px);
   cv::Mat valid = blurred(seen, 2.0 * config.intensity_sigma_px) > config.min_cloud_density;
   cv::erode(valid, valid, cv::Mat::ones(2 * kMargin_px + 1, 2 * kMargin_px + 1, CV_8U));
   return orientation_field(blurred(mean, 0.7), valid, kNoise, config);

@@ -6,6 +6,8 @@
 
 namespace topoloc::refinement {
 
+std::string_view name(Route route) { return route == Route::kMatches ? "matches" : "correlation"; }
+
 RigidTransform moved(const RigidTransform& T_world_imu, const Vector6& xi) {
   return T_world_imu * RigidTransform{so3::exp(xi.head<3>()), xi.tail<3>()};
 }

@@ -5,15 +5,20 @@
 #include "topoloc/matching/undistorter.hpp"
 #include "topoloc/refinement/ground.hpp"
 
+#include "refinement/choice.hpp"
 #include "refinement/keyframes.hpp"
+#include "refinement/match_route.hpp"
 #include "refinement/parallel_for.hpp"
 #include "refinement/verdict.hpp"
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <iterator>
 #include <mutex>
+#include <optional>
+#include <span>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -26,25 +31,32 @@ struct Look {
   cv::Mat image;  // undistorted
   std::vector<SurfacePoint> points;
   ViewCorrelation correlation;
+  double correlation_seconds = 0.0;
 };
 
 /// The matching camera at another resolution.
 PinholeCamera scaled(const PinholeCamera& camera, double scale) {
-  PinholeCamera result = camera;
-  result.width_px = static_cast<int>(std::lround(camera.width_px * scale));
-  result.height_px = static_cast<int>(std::lround(camera.height_px * scale));
-  result.fx_px *= scale;
-  result.fy_px *= scale;
-  result.cx_px = 0.5 * (result.width_px - 1);
-  result.cy_px = 0.5 * (result.height_px - 1);
-  return result;
+  return resized(camera, {static_cast<int>(std::lround(camera.width_px * scale)),
+                          static_cast<int>(std::lround(camera.height_px * scale))});
 }
+
+/// Seconds since it was made.
+class StopWatch {
+ public:
+  [[nodiscard]] double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
 
 /// One run over a drive.
 class Run {
  public:
   Run(const drive::Drive& drive, const PoseKnowledge& knowledge, const RefinementConfig& config,
-      const mapping::CloudGrid& grid, drive::FrameLog& frames)
+      const mapping::CloudGrid& grid, drive::FrameLog& frames, matching::ImagePairMatcher* matcher,
+      std::vector<RegistrationAttempt>& attempts)
       : drive_(drive),
         config_(config),
         grid_(grid),
@@ -53,7 +65,12 @@ class Run {
         T_imu_cam_(drive.vehicle.camera.kalibr.T_imu_cam),
         undistorter_(drive.vehicle.camera.kalibr.calibration, camera_),
         mask_(undistorter_.mask(drive::read_mask(drive.vehicle.camera), kMaskMargin_px)),
-        keyframes_(choose_keyframes(drive, knowledge, frames, config)) {}
+        keyframes_(choose_keyframes(drive, knowledge, frames, config)),
+        attempts_(attempts) {
+    if (config.routes != Routes::kCorrelation) {
+      match_route_.emplace(drive, grid, *matcher, config);
+    }
+  }
 
   std::vector<mapping::RefinedPose> run(const mapping::Progress& progress) {
     const int passes = 1 + config_.window.fine_passes;
@@ -65,10 +82,12 @@ class Run {
     };
     start();
     first_pass([&](std::size_t done) { report(0, done); });
-    for (int pass = 1; pass < passes; ++pass) {
-      fine_pass([&](std::size_t done) { report(pass, done); });
+    for (pass_ = 1; pass_ < passes; ++pass_) {
+      fine_pass([&](std::size_t done) { report(pass_, done); });
     }
-    return judge({keyframes_, poses_, graph_, windows_tried_, T_imu_cam_, camera_}, config_);
+    return judge(
+        {keyframes_, poses_, graph_, windows_tried_, windows_registered_, T_imu_cam_, camera_},
+        config_);
   }
 
  private:
@@ -127,7 +146,7 @@ class Run {
       observe(begin, end, kShrink);
       const std::size_t moving = kMovingWindows * window_keyframes();
       solve_until(begin > moving ? begin - moving : 0, end);
-      register_window_before(end, 1.0);
+      register_stretch(begin, end, 1.0);
       solve_until(begin > moving ? begin - moving : 0, end);
       report(end);
     });
@@ -142,7 +161,7 @@ class Run {
     graph_.registrations.clear();
     by_stretches([&](std::size_t begin, std::size_t end) {
       observe(begin, end, 1);
-      register_window_before(end, config_.window.fine_share);
+      register_stretch(begin, end, config_.window.fine_share);
       report(end);
     });
     solve_until(0, keyframes_.size());
@@ -151,7 +170,7 @@ class Run {
   template <typename Work>
   void by_stretches(const Work& work) {
     looks_.assign(keyframes_.size(), {});
-    windows_tried_ = 0;
+    windows_tried_ = windows_registered_ = 0;
     const std::size_t stretch = config_.window.stride * config_.window.view_every;
     for (std::size_t begin = 0; begin < keyframes_.size(); begin += stretch) {
       const std::size_t end = std::min(keyframes_.size(), begin + stretch);
@@ -180,12 +199,14 @@ class Run {
     find_ground(begin, end);
   }
 
+  /// The keyframe's raw image; empty if it cannot be read.
+  cv::Mat raw_image(std::size_t keyframe) {
+    const std::lock_guard lock(frames_mutex_);
+    return frames_.grey(keyframes_[keyframe].frame);
+  }
+
   Look look(std::size_t keyframe, int shrink) {
-    cv::Mat raw;
-    {
-      const std::lock_guard lock(frames_mutex_);
-      raw = frames_.grey(keyframes_[keyframe].frame);
-    }
+    const cv::Mat raw = raw_image(keyframe);
     Look look;
     if (raw.empty()) {
       return look;  // counted by the log
@@ -195,11 +216,13 @@ class Run {
     mapping::RenderedView view = mapping::render(grid_, camera_, T_world_cam, config_.render);
     look.points =
         find_surface_points(look.image, mask_, view, T_world_cam, config_.lift, config_.tracks);
-    if (is_view(keyframe)) {
+    if (is_view(keyframe) && config_.routes != Routes::kMatches) {
+      const StopWatch watch;
       mapping::average_intensity(grid_, T_world_cam, config_.render, view);
       look.correlation = correlate(camera_gradients(look.image, mask_, config_.gradients),
                                    intensity_gradients(view, config_.gradients), view, T_world_cam,
                                    shrink, config_.correlation);
+      look.correlation_seconds = watch.seconds();
     }
     return look;
   }
@@ -233,29 +256,102 @@ class Run {
     }
   }
 
-  /// Registers the window of views that ends with keyframe end - 1.
-  void register_window_before(std::size_t end, double search_share) {
+  /// Registers what keyframes [begin, end) add, by the routes that are asked for.
+  void register_stretch(std::size_t begin, std::size_t end, double search_share) {
+    const std::size_t first_attempt = attempts_.size();
+    if (config_.routes != Routes::kMatches) {
+      correlate_window(begin, end, search_share);
+    }
+    if (match_route_ && !is_fruitless()) {
+      match_views(begin, end, search_share);
+    }
+    choose(std::span(attempts_).subspan(first_attempt));
+  }
+
+  /// Registers the window of views that ends with keyframe end - 1 (route b).
+  void correlate_window(std::size_t begin, std::size_t end, double search_share) {
+    const StopWatch watch;
+    double seconds = 0.0;  // spent on what keyframes [begin, end) add
     std::vector<WindowView> views;
     std::vector<std::size_t> members;
     for (std::size_t k = end; k-- > 0 && views.size() < config_.window.views;) {
       if (is_view(k)) {
         views.push_back({&looks_[k].correlation, poses_[k]});
         members.push_back(k);
+        seconds += k >= begin ? looks_[k].correlation_seconds : 0.0;
       }
     }
     if (2 * views.size() < config_.window.views) {
       return;  // the drive has just begun
     }
-    ++windows_tried_;
     const std::size_t middle = members[members.size() / 2];
     SearchConfig search = config_.search;
     search.std *= search_share;
     search.seed += middle;
-    Registration found = register_window(views, poses_[middle], T_imu_cam_, camera_, search);
-    found.keyframe = middle;
-    if (found.significance >= config_.min_significance) {
-      graph_.registrations.push_back(found);
+    const Registration found = register_window(views, poses_[middle], T_imu_cam_, camera_, search);
+    record(middle, found, seconds + watch.seconds());
+  }
+
+  /// Registers the views among keyframes [begin, end), one by one (route a).
+  void match_views(std::size_t begin, std::size_t end, double search_share) {
+    std::vector<std::size_t> views;
+    for (std::size_t k = begin; k < end; ++k) {
+      if (is_view(k) && !looks_[k].image.empty()) {
+        views.push_back(k);
+      }
     }
+    struct Prepared {
+      MatchRoute::Pair pair;
+      double seconds = 0.0;
+    };
+    std::vector<Prepared> prepared(views.size());
+    parallel_for(views.size(), config_.threads, [&](std::size_t i) {
+      const StopWatch watch;
+      prepared[i].pair = match_route_->prepare(raw_image(views[i]), poses_[views[i]]);
+      prepared[i].seconds = watch.seconds();
+    });
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      const StopWatch watch;
+      const Registration found =
+          match_route_->registered(prepared[i].pair, search_share * config_.search.std);
+      const bool significant = record(views[i], found, prepared[i].seconds + watch.seconds());
+      fruitless_views_ = significant ? 0 : fruitless_views_ + 1;
+    }
+  }
+
+  /// The probe has shown that matches do not find anything in this drive.
+  [[nodiscard]] bool is_fruitless() const {
+    return config_.routes == Routes::kAuto && fruitless_views_ >= config_.fruitless_views;
+  }
+
+  /// Notes a registration of a keyframe, found from its present pose; whether it is significant.
+  bool record(std::size_t keyframe, Registration found, double seconds) {
+    found.keyframe = keyframe;
+    const bool significant = found.significance >= config_.min_significance;
+    attempts_.push_back({keyframes_[keyframe].time_ns, pass_, poses_[keyframe], found, significant,
+                         false, seconds});
+    return significant;
+  }
+
+  /// Takes of a stretch's attempts into the graph what is significant and agrees.
+  void choose(std::span<RegistrationAttempt> attempts) {
+    if (attempts.empty()) {
+      return;
+    }
+    ++windows_tried_;
+    std::vector<RegistrationAttempt*> candidates;
+    std::vector<Registration> registrations;
+    for (RegistrationAttempt& attempt : attempts) {
+      if (attempt.significant) {
+        candidates.push_back(&attempt);
+        registrations.push_back(attempt.found);
+      }
+    }
+    for (const std::size_t i : agreeing_with_the_surest(registrations, poses_)) {
+      candidates[i]->accepted = true;
+      graph_.registrations.push_back(registrations[i]);
+    }
+    windows_registered_ += registrations.empty() ? 0 : 1;
   }
 
   /// Solves for poses [first, end), earlier ones fixed, later ones not there yet.
@@ -282,23 +378,37 @@ class Run {
   std::vector<RigidTransform> poses_;  // T_world_imu of the keyframes
   std::vector<Look> looks_;
   std::size_t windows_tried_ = 0;
+  std::size_t windows_registered_ = 0;
   PoseGraph graph_;
+  std::optional<MatchRoute> match_route_;
+  std::size_t fruitless_views_ = 0;  // in a row
+  int pass_ = 0;
+  std::vector<RegistrationAttempt>& attempts_;
 };
 
 }  // namespace
 
 TrajectoryRefiner::TrajectoryRefiner(const drive::Drive& drive, PoseKnowledge knowledge,
-                                     RefinementConfig config)
-    : drive_(drive), knowledge_(std::move(knowledge)), config_(std::move(config)) {
+                                     RefinementConfig config, PairMatching matching)
+    : drive_(drive),
+      knowledge_(std::move(knowledge)),
+      config_(std::move(config)),
+      matching_(std::move(matching)) {
   if (knowledge_.trajectory.has_value() == knowledge_.initial_pose.has_value()) {
     throw std::invalid_argument("refinement: needs a trajectory or an initial pose, not both");
+  }
+  if (config_.routes != Routes::kCorrelation && !matching_.matcher) {
+    throw std::invalid_argument("refinement: these routes need a matcher of image pairs");
   }
 }
 
 std::string TrajectoryRefiner::settings() const {
   std::ostringstream text;
-  text << "refinement: 1 " << config_.prior_std_m << ' ' << config_.prior_std_rad << ' '
+  text << "refinement: 2 " << config_.prior_std_m << ' ' << config_.prior_std_rad << ' '
        << config_.keyframe_m;
+  if (config_.routes != Routes::kCorrelation) {
+    text << (config_.routes == Routes::kAuto ? " auto " : " matches ") << matching_.name;
+  }
   if (knowledge_.initial_pose) {
     text << " initial " << knowledge_.initial_pose->p.transpose() << ' '
          << knowledge_.initial_pose->R.reshaped().transpose();
@@ -315,7 +425,9 @@ std::vector<mapping::RefinedPose> TrajectoryRefiner::refine(const mapping::Cloud
         "refinement: the cloud has no intensities to compare the camera images with; give a "
         "trajectory that fits the cloud and --refine none");
   }
-  return Run(drive_, knowledge_, config_, grid, frames).run(progress);
+  attempts_.clear();
+  return Run(drive_, knowledge_, config_, grid, frames, matching_.matcher.get(), attempts_)
+      .run(progress);
 }
 
 }  // namespace topoloc::refinement

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "refinement/verdict.hpp"
 
+#include "topoloc/evaluation/chi_square.hpp"
 #include "topoloc/evaluation/median.hpp"
 
 #include <cmath>
@@ -10,6 +11,7 @@
 #include <stdexcept>
 #include <string>
 
+#include <Eigen/LU>
 #include <fmt/core.h>
 
 namespace topoloc::refinement {
@@ -50,10 +52,20 @@ TrackResiduals track_residuals(const SolvedDrive& drive) {
   return result;
 }
 
+/// Far off, and farther than the registration's own uncertainty explains.
+bool contradicts(const Registration& registration, const Vector6& off,
+                 const RefinementConfig& config) {
+  constexpr double kConfidence = 0.99;
+  static const double kLimit = evaluation::chi_square_quantile(kConfidence, 3.0);
+  const Eigen::Vector3d t = off.tail<3>();
+  const Eigen::Matrix3d C = registration.covariance.bottomRightCorner<3, 3>();
+  return t.norm() > config.max_registration_residual_m && t.dot(C.inverse() * t) > kLimit;
+}
+
 /// The cloud and the drive as a whole.
 void check_drive(const SolvedDrive& drive, const TrackResiduals& residuals,
                  const RefinementConfig& config) {
-  const std::size_t found = drive.graph.registrations.size();
+  const std::size_t found = drive.windows_registered;
   if (static_cast<double>(found) <
       config.min_registered_share * static_cast<double>(drive.windows_tried)) {
     throw std::runtime_error(fmt::format(
@@ -117,7 +129,7 @@ std::vector<mapping::RefinedPose> judge(const SolvedDrive& drive, const Refineme
       pose.rejected = mapping::NodeReject::kPoseUnsupported;
     } else if (std_m > config.max_std_m || std_rad > config.max_std_rad) {
       pose.rejected = mapping::NodeReject::kPoseUncertain;
-    } else if (off.tail<3>().norm() > config.max_registration_residual_m) {
+    } else if (nearest != nullptr && contradicts(*nearest, off, config)) {
       pose.rejected = mapping::NodeReject::kPoseContradicted;
     }
     result.push_back(std::move(pose));

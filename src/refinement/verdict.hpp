@@ -17,7 +17,8 @@ struct SolvedDrive {
   const std::vector<Keyframe>& keyframes;
   const std::vector<RigidTransform>& poses;
   const PoseGraph& graph;
-  std::size_t windows_tried;  ///< graph.registrations are those that were significant
+  std::size_t windows_tried;
+  std::size_t windows_registered;  ///< with a registration in the graph
   const RigidTransform& T_imu_cam;
   const PinholeCamera& camera;
 };

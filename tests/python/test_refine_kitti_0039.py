@@ -6,6 +6,7 @@ The whole drive: tools/node_pose_table.py."""
 
 from __future__ import annotations
 
+import csv
 import os
 import subprocess
 import sys
@@ -46,17 +47,23 @@ def stretch(table: node_pose_table.Table, to_m: float) -> Path:
 
 
 def build(
-    table: node_pose_table.Table, drive: Path, cloud: Path, trajectory: Path, out: Path
+    drive: Path, cloud: Path, trajectory: Path, out: Path
 ) -> subprocess.CompletedProcess[str]:
+    """With its registrations beside the map."""
     command: list[str | Path] = [BINS / "topoloc-map", "build", "--drive", drive, "--cloud", cloud]
     command += ["--trajectory", trajectory, "--refine", "auto", "--out", out]
-    return run(*command)
+    return run(*command, "--registrations", out.with_suffix(".csv"))
+
+
+def registrations(out: Path) -> list[dict[str, str]]:
+    with out.with_suffix(".csv").open() as lines:
+        return list(csv.DictReader(lines))
 
 
 @pytest.fixture(scope="module")
 def refined(table: node_pose_table.Table) -> dict[str, Any]:
     out = table.work / "refined.tmap"
-    result = build(table, table.drive, table.cloud, stretch(table, TO_M), out)
+    result = build(table.drive, table.cloud, stretch(table, TO_M), out)
     assert result.returncode == 0, result.stderr
     return table.compare(out)
 
@@ -73,6 +80,46 @@ def test_errors_fit_the_covariances(refined: dict[str, Any]) -> None:
     assert 0.1 <= refined["normalised"] <= 2.5
 
 
+def test_tells_every_registration(table: node_pose_table.Table, refined: dict[str, Any]) -> None:
+    rows = registrations(table.work / "refined.tmap")
+    for route in ("matches", "correlation"):
+        of_route = [row for row in rows if row["route"] == route]
+        assert {row["pass"] for row in of_route} >= {"0"}
+        for row in of_route:
+            significant = float(row["significance"]) >= 5.5
+            assert significant == (row["significant"] == "1")
+            assert significant or row["accepted"] == "0"
+            assert 0.0 < float(row["std_x_m"]) < 5.0
+            assert float(row["seconds"]) > 0.0
+    windows = [r for r in rows if r["route"] == "correlation" and r["accepted"] == "1"]
+    truth, _ = table.truth.at(np.array([int(row["time_ns"]) for row in windows]))
+    found = np.array([[float(row[f"found_{axis}_m"]) for axis in "xyz"] for row in windows])
+    assert np.median(np.linalg.norm(found - truth, axis=1)) < 0.2
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        (["--refine", "correlation", "--pair-model", "x.onnx"], "--pair-model"),
+        (["--refine", "none", "--registrations", "x.csv"], "--registrations"),
+        (["--refine", "matches", "--pair-model", "x.onnx"], "x.onnx"),
+        (["--refine", "sometimes"], "--refine"),
+    ],
+)
+def test_names_options_that_do_not_fit(
+    table: node_pose_table.Table, options: list[str], complaint: str
+) -> None:
+    (table.work / "x.onnx").write_text("not a network")
+    here = [str(table.work / o) if o.startswith("x.") else o for o in options]
+    trajectory = stretch(table, 60.0)
+    out = table.work / "options.tmap"
+    result = run(BINS / "topoloc-map", "build", "--drive", table.drive, "--cloud", table.cloud,
+                 "--trajectory", trajectory, "--out", out, *here)  # fmt: skip
+    assert result.returncode != 0
+    assert complaint in result.stderr
+    assert not out.exists()
+
+
 def test_refuses_a_cloud_without_intensities(table: node_pose_table.Table) -> None:
     cloud = table.work / "plain.ply"
     head = "ply\nformat ascii 1.0\nelement vertex 4000\n"
@@ -81,7 +128,7 @@ def test_refuses_a_cloud_without_intensities(table: node_pose_table.Table) -> No
     points = position + np.random.default_rng(1).uniform(-20.0, 20.0, (4000, 3))
     cloud.write_text(head + "\n".join(" ".join(f"{v:.3f}" for v in p) for p in points) + "\n")
     out = table.work / "plain.tmap"
-    result = build(table, table.drive, cloud, stretch(table, 60.0), out)
+    result = build(table.drive, cloud, stretch(table, 60.0), out)
     assert result.returncode == 1
     assert "intensities" in result.stderr
     assert not out.exists()
@@ -101,7 +148,11 @@ def test_refuses_a_camera_that_looks_the_other_way_up(table: node_pose_table.Tab
         lines[i] = f"  - [{', '.join(repr(v) for v in numbers)}]"
     (drive / "camchain.yaml").write_text("\n".join(lines) + "\n")
     out = table.work / "upside_down.tmap"
-    result = build(table, drive, table.cloud, stretch(table, 60.0), out)
+    result = build(drive, table.cloud, stretch(table, 60.0), out)
     assert result.returncode == 1
     assert "do not agree" in result.stderr or "miss" in result.stderr
     assert not out.exists()
+    # What was tried is told all the same.
+    tried = registrations(out)
+    assert len(tried) > 5
+    assert sum(row["accepted"] == "1" for row in tried) < 0.6 * len(tried)

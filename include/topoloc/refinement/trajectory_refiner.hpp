@@ -8,15 +8,20 @@
 #include "topoloc/mapping/node_selection.hpp"
 #include "topoloc/mapping/pose_refiner.hpp"
 #include "topoloc/mapping/render.hpp"
+#include "topoloc/matching/image_pair_matcher.hpp"
 #include "topoloc/refinement/gradient_field.hpp"
+#include "topoloc/refinement/match_registration.hpp"
 #include "topoloc/refinement/odometry.hpp"
 #include "topoloc/refinement/pose_graph.hpp"
+#include "topoloc/refinement/registration_log.hpp"
 #include "topoloc/refinement/surface_track.hpp"
 #include "topoloc/refinement/view_correlation.hpp"
 #include "topoloc/refinement/window_registration.hpp"
 
+#include <memory>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,7 +36,15 @@ struct WindowConfig {
   double fine_share = 0.4;     ///< their search deviations, as share of the first's
 };
 
+/// Which routes look for the poses of views in the cloud.
+enum class Routes {
+  kCorrelation,  ///< windows of views by the agreement of gradients
+  kMatches,      ///< single views by matches
+  kAuto,         ///< both; where they contradict each other, the surer
+};
+
 struct RefinementConfig {
+  Routes routes = Routes::kCorrelation;
   mapping::FrameParity frames = mapping::FrameParity::kAll;
   double keyframe_m = 1.0;    ///< way between keyframes
   double camera_scale = 1.5;  ///< image size of refinement, in sizes of the matching camera
@@ -40,8 +53,10 @@ struct RefinementConfig {
   double ground_std_m = 0.06;  ///< of the height above the road: suspension, cloud
   /// Way over which such errors stay the same: neighbouring poses count as one together.
   double error_correlation_m = 20.0;
-  double min_significance = 5.5;  ///< of a window's registration; less may be chance
-  /// Share of the windows that must be significant; less is the wrong cloud or calibration.
+  double min_significance = 5.5;  ///< of a registration; less may be chance
+  /// kAuto: so many views in a row without a significant match, and no more are matched.
+  std::size_t fruitless_views = 24;
+  /// Share of the windows that must be registered; less is the wrong cloud or calibration.
   double min_registered_share = 0.4;
   double max_track_residual_px = 2.0;  ///< median of the drive; more is the wrong calibration
   /// Added to each pose's covariance: what the whole drive shares, such as errors of the
@@ -56,6 +71,7 @@ struct RefinementConfig {
   SearchConfig search;
   GradientConfig gradients;
   CorrelationConfig correlation;
+  MatchConfig match;
   TrackConfig tracks;
   SolverConfig solver;
   mapping::RenderConfig render;
@@ -69,19 +85,31 @@ struct PoseKnowledge {
   std::optional<RigidTransform> initial_pose;        ///< at the first inertial sample
 };
 
+/// What finds matches between LiDAR intensities and camera images (route a).
+struct PairMatching {
+  std::unique_ptr<matching::ImagePairMatcher> matcher;
+  std::string name;  ///< of model or file: the result depends on it
+};
+
 /// Refines the poses of a drive against the cloud: sequentially in windows, then all together.
 class TrajectoryRefiner : public mapping::PoseRefiner {
  public:
-  TrajectoryRefiner(const drive::Drive& drive, PoseKnowledge knowledge, RefinementConfig config);
+  /// `matching` may be empty where only correlation is asked for (else std::invalid_argument).
+  TrajectoryRefiner(const drive::Drive& drive, PoseKnowledge knowledge, RefinementConfig config,
+                    PairMatching matching = {});
 
   [[nodiscard]] std::string settings() const override;
   std::vector<mapping::RefinedPose> refine(const mapping::CloudGrid& grid, drive::FrameLog& frames,
                                            const mapping::Progress& progress) override;
+  /// What the last refine() tried, in its order; also after it has thrown.
+  [[nodiscard]] std::span<const RegistrationAttempt> attempts() const { return attempts_; }
 
  private:
   const drive::Drive& drive_;
   PoseKnowledge knowledge_;
   RefinementConfig config_;
+  PairMatching matching_;
+  std::vector<RegistrationAttempt> attempts_;
 };
 
 }  // namespace topoloc::refinement

@@ -3,8 +3,10 @@
 #include "topoloc/refinement/trajectory_refiner.hpp"
 
 #include "refinement/keyframes.hpp"
+#include "unit/refinement/template_matcher.hpp"
 #include "unit/refinement/turning_drive.hpp"
 
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -106,6 +108,17 @@ TEST_F(TrajectoryRefinerTest, NamesInItsSettingsWhatTheResultDependsOn) {
   RefinementConfig other;
   other.prior_std_m = 1.0;
   EXPECT_NE(settings(with_trajectory()), settings(with_trajectory(), other));
+  const auto with_matcher = [&](Routes routes, const std::string& model) {
+    RefinementConfig config;
+    config.routes = routes;
+    return TrajectoryRefiner(drive_, with_trajectory(), config,
+                             {std::make_unique<BlindMatcher>(), model})
+        .settings();
+  };
+  EXPECT_NE(settings(with_trajectory()), with_matcher(Routes::kAuto, "a"));
+  EXPECT_NE(with_matcher(Routes::kAuto, "a"), with_matcher(Routes::kMatches, "a"));
+  EXPECT_NE(with_matcher(Routes::kAuto, "a"), with_matcher(Routes::kAuto, "b"));
+  EXPECT_EQ(settings(with_trajectory()), with_matcher(Routes::kCorrelation, "a"));
   RefinementConfig threads;
   threads.threads = 1;
   EXPECT_EQ(settings(with_trajectory()), settings(with_trajectory(), threads));

@@ -41,7 +41,9 @@ class Verdict : public ::testing::Test {
   [[nodiscard]] std::vector<mapping::RefinedPose> judged() const {
     const PinholeCamera camera = TexturedStreet::camera();
     const RigidTransform T_imu_cam = TexturedStreet::T_imu_cam();
-    return judge({keyframes_, drive_.truth, graph_, windows_tried_, T_imu_cam, camera}, {});
+    return judge({keyframes_, drive_.truth, graph_, windows_tried_, graph_.registrations.size(),
+                  T_imu_cam, camera},
+                 {});
   }
   [[nodiscard]] std::string complaint() const {
     try {
@@ -132,6 +134,12 @@ TEST_F(Verdict, RejectsWhatItsRegistrationContradicts) {
       EXPECT_FALSE(poses[k].rejected.has_value()) << k;
     }
   }
+}
+
+TEST_F(Verdict, AllowsToARegistrationWhatItIsUncertainBy) {
+  graph_.registrations[2].T_world_imu.p.y() += 0.5;  // of keyframe 16
+  graph_.registrations[2].covariance = both(0.02, 0.3).cwiseAbs2().asDiagonal();
+  EXPECT_FALSE(judged()[16].rejected.has_value());
 }
 
 TEST_F(Verdict, RefusesADriveOfWhichTooLittleWasRegistered) {

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "refinement/choice.hpp"
+
+#include "topoloc/evaluation/chi_square.hpp"
+
+#include <algorithm>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+namespace topoloc::refinement {
+
+std::vector<std::size_t> agreeing_with_the_surest(std::span<const Registration> registrations,
+                                                  std::span<const RigidTransform> poses) {
+  constexpr double kConfidence = 0.99;
+  static const double kLimit = evaluation::chi_square_quantile(kConfidence, 6.0);
+  const auto surest = std::min_element(
+      registrations.begin(), registrations.end(), [](const Registration& a, const Registration& b) {
+        return a.covariance.determinant() < b.covariance.determinant();
+      });
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < registrations.size(); ++i) {
+    const Registration& other = registrations[i];
+    // The vehicle hardly turns from one to the next: deviations are taken in the same axes.
+    const RigidTransform expected =
+        surest->T_world_imu * poses[surest->keyframe].inverse() * poses[other.keyframe];
+    const Vector6 off = motion_between(expected, other.T_world_imu);
+    const Matrix6 S = surest->covariance + other.covariance;
+    if (&other == &*surest || off.dot(S.ldlt().solve(off)) <= kLimit) {
+      chosen.push_back(i);
+    }
+  }
+  return chosen;
+}
+
+}  // namespace topoloc::refinement

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#pragma once
+
+#include "topoloc/refinement/registration.hpp"
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace topoloc::refinement {
+
+/// Chooses among registrations of neighbouring keyframes, of either route: the surest (smallest
+/// determinant of its covariance) and all that agree with it statistically (99 % of chi square, six
+/// degrees of freedom), given the motion between `poses` (T_world_imu by keyframe). Indices,
+/// ascending; the first of equally sure ones leads.
+std::vector<std::size_t> agreeing_with_the_surest(std::span<const Registration> registrations,
+                                                  std::span<const RigidTransform> poses);
+
+}  // namespace topoloc::refinement
