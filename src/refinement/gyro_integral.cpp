@@ -16,8 +16,8 @@ GyroIntegral::GyroIntegral(std::span<const estimation::ImuSample> samples,
   for (std::size_t i = 0; i < samples.size(); ++i) {
     R_first_each_.push_back(R);
     if (i + 1 < samples.size()) {
-      const double seconds =
-          evaluation::kSecondsPerNs * static_cast<double>(samples[i + 1].time_ns - samples[i].time_ns);
+      const double seconds = evaluation::kSecondsPerNs *
+                             static_cast<double>(samples[i + 1].time_ns - samples[i].time_ns);
       const Eigen::Vector3d rate =
           0.5 * (samples[i].angular_rate_radps + samples[i + 1].angular_rate_radps);
       R = R * so3::exp(seconds * (rate - bias_radps));
@@ -33,7 +33,7 @@ Eigen::Matrix3d GyroIntegral::until(std::int64_t time_ns) const {
   const auto after = std::upper_bound(
       samples_.begin(), samples_.end(), time_ns,
       [](std::int64_t t, const estimation::ImuSample& sample) { return t < sample.time_ns; });
-  if (after == samples_.begin()) {
+  if (samples_.empty() || after == samples_.begin()) {
     return Eigen::Matrix3d::Identity();
   }
   if (after == samples_.end()) {
@@ -45,8 +45,8 @@ Eigen::Matrix3d GyroIntegral::until(std::int64_t time_ns) const {
   const double part_s = evaluation::kSecondsPerNs * static_cast<double>(time_ns - before.time_ns);
   // Mean rate of the part: the rate changes in a straight line.
   const Eigen::Vector3d rate =
-      before.angular_rate_radps + 0.5 * part_s / whole_s *
-                                      (after->angular_rate_radps - before.angular_rate_radps);
+      before.angular_rate_radps +
+      0.5 * part_s / whole_s * (after->angular_rate_radps - before.angular_rate_radps);
   const auto index = static_cast<std::size_t>(after - samples_.begin()) - 1;
   return R_first_each_[index] * so3::exp(part_s * (rate - bias_radps_));
 }

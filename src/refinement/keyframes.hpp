@@ -17,7 +17,8 @@ struct Keyframe {
   std::size_t frame = 0;  ///< order number in the camera log
   std::int64_t time_ns = 0;
   RigidTransform T_odometry;  ///< by dead reckoning: what counts is the motion between keyframes
-  Eigen::Vector3d up_imu;     ///< the world's z axis in the vehicle's axes, by inertia
+  Eigen::Vector3d up_imu =
+      Eigen::Vector3d::UnitZ();  ///< the world's z axis in the vehicle's axes, by inertia
   double up_std_rad = 0.0;
   std::optional<RigidTransform> T_prior;  ///< as the trajectory given has it
 };

@@ -304,9 +304,9 @@ class Problem {
     return (from >= first_ || to >= first_) && from < poses_.size() && to < poses_.size();
   }
   void add_sensor_error(double std, std::array<double, 3>& error) {
-    problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<SensorErrorResidual, 3, 3>(
-                                  new SensorErrorResidual{std}),
-                              nullptr, error.data());
+    problem_.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<SensorErrorResidual, 3, 3>(new SensorErrorResidual{std}),
+        nullptr, error.data());
   }
   void add_absolute(std::size_t keyframe, const RigidTransform& measured, const Matrix6& whitening,
                     ceres::LossFunction* loss) {
@@ -320,7 +320,7 @@ class Problem {
   std::vector<Motion> motions_;
   std::array<double, 3> rate_error_{};   // [rad/s]
   std::array<double, 3> force_error_{};  // [m/s^2]
-  double height_m_ = 0.0;  // of the vehicle above the road
+  double height_m_ = 0.0;                // of the vehicle above the road
   ceres::Problem problem_;
 };
 

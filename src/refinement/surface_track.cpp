@@ -58,9 +58,12 @@ std::vector<SurfacePoint> find_surface_points(const cv::Mat& grey, const cv::Mat
   for (const cv::Point2f& corner : corners) {
     const Eigen::Vector2d pixel_px = to_pixel(corner);
     const mapping::Lift lift = mapping::lift(view, pixel_px, lift_config);
-    if (lift.verdict == mapping::LiftVerdict::kLifted && !lift.plane_cam.isZero()) {
-      points.push_back(
-          {pixel_px, lift.depth_m, lift.depth_std_m, to_world(lift.plane_cam, T_world_cam)});
+    if (lift.verdict != mapping::LiftVerdict::kLifted || lift.plane_cam.isZero()) {
+      continue;
+    }
+    const Eigen::Vector4d plane_world = to_world(lift.plane_cam, T_world_cam);
+    if (std::abs(plane_world.z()) <= config.max_upward) {
+      points.push_back({pixel_px, lift.depth_m, lift.depth_std_m, plane_world});
     }
   }
   return points;

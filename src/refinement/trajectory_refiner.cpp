@@ -15,6 +15,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <mutex>
 #include <optional>
@@ -85,13 +86,18 @@ class Run {
     for (pass_ = 1; pass_ < passes; ++pass_) {
       fine_pass([&](std::size_t done) { report(pass_, done); });
     }
-    return judge(
-        {keyframes_, poses_, graph_, windows_tried_, windows_registered_, T_imu_cam_, camera_},
-        config_);
+    return judge({keyframes_, poses_, graph_, windows_tried_, windows_registered_, focal_scale(),
+                  T_imu_cam_, camera_},
+                 config_);
   }
 
  private:
   static constexpr int kMaskMargin_px = 2;
+
+  /// Focal length that fits the windows best, of the camera's own.
+  [[nodiscard]] double focal_scale() const {
+    return focal_sweep_ ? best_focal_scale(*focal_sweep_) : 1.0;
+  }
 
   /// What odometry and the trajectory or initial pose say, and first poses from it.
   void start() {
@@ -288,8 +294,16 @@ class Run {
     SearchConfig search = config_.search;
     search.std *= search_share;
     search.seed += middle;
+    search.threads = config_.threads;
     const Registration found = register_window(views, poses_[middle], T_imu_cam_, camera_, search);
     record(middle, found, seconds + watch.seconds());
+    const bool is_last_pass = pass_ == config_.window.fine_passes;
+    if (is_last_pass && windows_tried_ % config_.window.focal_sweep_every == 0) {
+      const FocalSweep sweep =
+          sweep_focal_length(views, poses_[middle], found.T_world_imu, T_imu_cam_, camera_, search);
+      FocalSweep& sum = focal_sweep_ ? *focal_sweep_ : focal_sweep_.emplace();
+      std::transform(sweep.begin(), sweep.end(), sum.begin(), sum.begin(), std::plus<>());
+    }
   }
 
   /// Registers the views among keyframes [begin, end), one by one (route a).
@@ -379,6 +393,7 @@ class Run {
   std::vector<Look> looks_;
   std::size_t windows_tried_ = 0;
   std::size_t windows_registered_ = 0;
+  std::optional<FocalSweep> focal_sweep_;  // sum over windows
   PoseGraph graph_;
   std::optional<MatchRoute> match_route_;
   std::size_t fruitless_views_ = 0;  // in a row

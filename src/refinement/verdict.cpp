@@ -42,7 +42,9 @@ TrackResiduals track_residuals(const SolvedDrive& drive) {
     const std::vector<double> residuals_px =
         track_residuals_px(factor, drive.T_imu_cam, drive.camera, drive.poses);
     from[factor.from].insert(from[factor.from].end(), residuals_px.begin(), residuals_px.end());
-    all.insert(all.end(), residuals_px.begin(), residuals_px.end());
+    if (factor.to == factor.from + 1) {  // over longer ways the cloud's errors add up
+      all.insert(all.end(), residuals_px.begin(), residuals_px.end());
+    }
   }
   TrackResiduals result;
   for (const std::vector<double>& residuals_px : from) {
@@ -74,6 +76,13 @@ void check_drive(const SolvedDrive& drive, const TrackResiduals& residuals,
         "mirrored), with usable intensities? Are the camera's calibration, its extrinsics and its "
         "time offset right?",
         drive.windows_tried, found));
+  }
+  if (std::abs(drive.focal_scale - 1.0) > config.max_focal_error) {
+    throw std::runtime_error(
+        fmt::format("refinement: camera images fit the cloud best with {:.2f} times the camera's "
+                    "focal length (at most {:.0f} % off is credible). Are the camera's intrinsics "
+                    "right?",
+                    drive.focal_scale, 100.0 * config.max_focal_error));
   }
   if (residuals.of_all > config.max_track_residual_px) {
     throw std::runtime_error(fmt::format(

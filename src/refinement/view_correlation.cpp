@@ -77,7 +77,7 @@ ViewCorrelation correlate(const GradientField& camera, const GradientField& inte
         continue;  // masked, or an empty sky
       }
       cv::Mat surface;
-      cv::matchTemplate(searched, patch, surface, cv::TM_CCORR_NORMED);
+      cv::matchTemplate(searched, patch, surface, cv::TM_CCOEFF_NORMED);
       cv::patchNaNs(surface, 0.0);
       surface -= cv::mean(surface)[0];
       const Eigen::Vector2d pixel_px(u, v);

@@ -2,11 +2,12 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/refinement/window_registration.hpp"
 
+#include "refinement/parallel_for.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <random>
-#include <tuple>
 #include <vector>
 
 #include <Eigen/Eigenvalues>
@@ -120,8 +121,14 @@ class Climber : public cv::MinProblemSolver::Function {
   std::size_t level_;
 };
 
-std::pair<Vector6, double> climb(const Agreement& agreement, std::size_t level,
-                                 const Vector6& start, double step) {
+constexpr std::size_t kFinest = CorrelationConfig{}.smoothing.size() - 1;
+
+struct Candidate {
+  Vector6 scaled;
+  double value;
+};
+
+Candidate climb(const Agreement& agreement, std::size_t level, const Vector6& start, double step) {
   constexpr int kMaxEvaluations = 400;
   constexpr double kTolerance = 1e-4;
   const auto solver = cv::DownhillSolver::create(
@@ -134,10 +141,14 @@ std::pair<Vector6, double> climb(const Agreement& agreement, std::size_t level,
   return {Eigen::Map<const Vector6>(x.ptr<double>()), value};
 }
 
-struct Candidate {
-  Vector6 scaled;
-  double value;
-};
+Candidate climb_all_levels(const Agreement& agreement, const Vector6& start) {
+  Candidate candidate{start, 0.0};
+  double step = 0.5;
+  for (std::size_t level = 0; level <= kFinest; ++level, step *= 0.5) {
+    candidate = climb(agreement, level, candidate.scaled, step);
+  }
+  return candidate;
+}
 
 /// Mean agreement of the pieces of the scene over its standard error.
 double significance(const Agreement& agreement, const Vector6& xi, std::size_t level) {
@@ -219,34 +230,55 @@ Registration register_window(std::span<const WindowView> views, const RigidTrans
   std::normal_distribution<double> normal;
   std::vector<Candidate> tried(static_cast<std::size_t>(config.samples));
   for (std::size_t i = 0; i < tried.size(); ++i) {
-    Vector6& scaled = tried[i].scaled;
     for (int k = 0; k < 6; ++k) {
-      scaled(k) = i == 0 ? 0.0 : normal(random);
+      tried[i].scaled(k) = i == 0 ? 0.0 : normal(random);
     }
-    tried[i].value = agreement.objective(scaled, 0);
   }
+  parallel_for(tried.size(), config.threads,
+               [&](std::size_t i) { tried[i].value = agreement.objective(tried[i].scaled, 0); });
   std::stable_sort(tried.begin(), tried.end(),
                    [](const Candidate& a, const Candidate& b) { return a.value > b.value; });
   tried.resize(std::min(tried.size(), static_cast<std::size_t>(config.starts)));
-  Candidate best{Vector6::Zero(), -1e300};
-  const std::size_t finest = CorrelationConfig{}.smoothing.size() - 1;
-  for (Candidate& candidate : tried) {
-    double step = 0.5;
-    for (std::size_t level = 0; level <= finest; ++level, step *= 0.5) {
-      std::tie(candidate.scaled, candidate.value) = climb(agreement, level, candidate.scaled, step);
-    }
-    if (candidate.value > best.value) {
-      best = candidate;
-    }
-  }
+  parallel_for(tried.size(), config.threads,
+               [&](std::size_t i) { tried[i] = climb_all_levels(agreement, tried[i].scaled); });
+  const Candidate best =
+      *std::max_element(tried.begin(), tried.end(),
+                        [](const Candidate& a, const Candidate& b) { return a.value < b.value; });
   const Vector6 xi = config.std.cwiseProduct(best.scaled);
   Registration result;
   result.T_world_imu = moved(T_world_imu, xi);
-  result.covariance = sandwich(agreement, xi, finest, config.std);
+  result.covariance = sandwich(agreement, xi, kFinest, config.std);
   result.covariance.diagonal() += config.floor_std.cwiseAbs2();
   result.score = best.value / static_cast<double>(std::max<std::size_t>(1, agreement.patches()));
-  result.significance = significance(agreement, xi, finest);
+  result.significance = significance(agreement, xi, kFinest);
   return result;
+}
+
+FocalSweep sweep_focal_length(std::span<const WindowView> views, const RigidTransform& T_world_imu,
+                              const RigidTransform& found, const RigidTransform& T_imu_cam,
+                              const PinholeCamera& camera, const SearchConfig& config) {
+  const Vector6 start = motion_between(T_world_imu, found).cwiseQuotient(config.std);
+  FocalSweep sweep{};
+  parallel_for(sweep.size(), config.threads, [&](std::size_t i) {
+    PinholeCamera other = camera;
+    other.fx_px *= kFocalScales[i];
+    other.fy_px *= kFocalScales[i];
+    const Agreement agreement(views, T_world_imu, T_imu_cam, other, config);
+    const Candidate best = climb_all_levels(agreement, start);
+    sweep[i] = agreement.sum(config.std.cwiseProduct(best.scaled), kFinest);
+  });
+  return sweep;
+}
+
+double best_focal_scale(const FocalSweep& sweep) {
+  const auto top =
+      std::clamp<std::ptrdiff_t>(std::max_element(sweep.begin(), sweep.end()) - sweep.begin(), 1,
+                                 static_cast<std::ptrdiff_t>(sweep.size()) - 2);
+  const auto i = static_cast<std::size_t>(top);
+  const double bend = sweep[i - 1] - 2.0 * sweep[i] + sweep[i + 1];
+  const double step = kFocalScales[i + 1] - kFocalScales[i];
+  const double aside = bend < 0.0 ? 0.5 * (sweep[i - 1] - sweep[i + 1]) / bend : 0.0;
+  return kFocalScales[i] + step * std::clamp(aside, -1.0, 1.0);
 }
 
 }  // namespace topoloc::refinement

@@ -64,9 +64,10 @@ struct PoseGraph {
 
 struct SolverConfig {
   int max_iterations = 25;
-  /// Tracks between two keyframes share errors (timing, surfaces): together they weigh no more than
-  /// so many independent ones.
-  double tracks_per_pair = 1.0;
+  /// Tracks share errors (timing, surfaces) between two keyframes and with the pairs around them,
+  /// as far as the cloud's own errors reach: together they weigh no more than so many independent
+  /// ones a pair.
+  double tracks_per_pair = 0.05;
   double track_loss = 2.0;  ///< Cauchy scale of a track's residual, in deviations
   /// Huber threshold of a registration: chance finds are gone already, and a true one may be far
   /// from where the poses begin.

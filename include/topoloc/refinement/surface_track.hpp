@@ -49,10 +49,14 @@ struct TrackConfig {
   int window_px = 17;  ///< of the tracker; odd
   int pyramid_levels = 3;
   double max_forward_backward_px = 0.5;
+  /// Points of surfaces whose normal has more than that of the vertical are left out: the flow of
+  /// the road hangs on the height above it, and the roads of clouds lie in layers some centimetres
+  /// apart. Taken for a rotation, that pitches the vehicle by a degree over 40 m.
+  double max_upward = 0.5;
   double pixel_std_px = 0.7;  ///< of a tracked point, per axis
 };
 
-/// Corners of an image (CV_8UC1; none where `mask` is 0) whose surface the rendered cloud shows.
+/// Corners of an image (CV_8UC1; none where `mask` is 0) on surfaces that the rendered cloud shows.
 std::vector<SurfacePoint> find_surface_points(const cv::Mat& grey, const cv::Mat& mask,
                                               const mapping::RenderedView& view,
                                               const RigidTransform& T_world_cam,

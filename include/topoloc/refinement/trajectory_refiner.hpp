@@ -34,6 +34,8 @@ struct WindowConfig {
   std::size_t stride = 4;      ///< views from one window to the next
   int fine_passes = 2;         ///< over the whole drive at full resolution, after the first
   double fine_share = 0.4;     ///< their search deviations, as share of the first's
+  /// In the last pass, one window of so many tells whether another focal length fits better.
+  std::size_t focal_sweep_every = 3;
 };
 
 /// Which routes look for the poses of views in the cloud.
@@ -58,7 +60,9 @@ struct RefinementConfig {
   std::size_t fruitless_views = 24;
   /// Share of the windows that must be registered; less is the wrong cloud or calibration.
   double min_registered_share = 0.4;
-  double max_track_residual_px = 2.0;  ///< median of the drive; more is the wrong calibration
+  double max_focal_error = 0.02;  ///< share of the focal length; more is the wrong calibration
+  /// Between neighbouring keyframes, median of the drive; more is the wrong calibration.
+  double max_track_residual_px = 4.0;
   /// Added to each pose's covariance: what the whole drive shares, such as errors of the
   /// extrinsics and of the cloud (theta [rad], t [m]).
   Vector6 floor_std = (Vector6() << 0.0045, 0.0045, 0.0045, 0.075, 0.075, 0.075).finished();

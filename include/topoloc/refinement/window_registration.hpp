@@ -6,6 +6,7 @@
 #include "topoloc/refinement/registration.hpp"
 #include "topoloc/refinement/view_correlation.hpp"
 
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -22,12 +23,13 @@ struct SearchConfig {
   Vector6 std = (Vector6() << 0.008, 0.008, 0.0175, 0.35, 0.3, 0.3).finished();
   /// Added to the covariance found: what all pieces of a scene share (calibration, time stamps,
   /// how the window bends).
-  Vector6 floor_std = (Vector6() << 0.006, 0.006, 0.004, 0.08, 0.05, 0.08).finished();
+  Vector6 floor_std = (Vector6() << 0.003, 0.003, 0.002, 0.04, 0.025, 0.04).finished();
   int samples = 1500;      ///< poses tried at the coarsest level
   int starts = 4;          ///< best of them that are followed to their maximum
   std::uint64_t seed = 1;  ///< of the samples
   /// What a pose one deviation away from the start costs, in parts of the views' agreement.
   double prior_weight = 0.3;
+  int threads = 1;  ///< 0: one per core. Does not change the result
 };
 
 /// Finds the rigid motion of a window of views under which camera images and cloud agree best:
@@ -37,5 +39,19 @@ struct SearchConfig {
 Registration register_window(std::span<const WindowView> views, const RigidTransform& T_world_imu,
                              const RigidTransform& T_imu_cam, const PinholeCamera& camera,
                              const SearchConfig& config);
+
+/// Focal lengths that are tried in place of the camera's, as shares of it.
+inline constexpr std::array<double, 7> kFocalScales{0.88, 0.92, 0.96, 1.0, 1.04, 1.08, 1.12};
+using FocalSweep = std::array<double, kFocalScales.size()>;
+
+/// Agreement of a window (sum over its patches) with each of these focal lengths, at the pose that
+/// fits best with it: climbed to from the pose `found` by register_window.
+FocalSweep sweep_focal_length(std::span<const WindowView> views, const RigidTransform& T_world_imu,
+                              const RigidTransform& found, const RigidTransform& T_imu_cam,
+                              const PinholeCamera& camera, const SearchConfig& config);
+
+/// The focal length, as share of the camera's, at which a sweep has its maximum (parabola through
+/// its highest value and that one's neighbours).
+double best_focal_scale(const FocalSweep& sweep);
 
 }  // namespace topoloc::refinement

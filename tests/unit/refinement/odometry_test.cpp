@@ -16,7 +16,7 @@ namespace {
 TEST(DeadReckon, FollowsATurn) {
   const TurningDrive drive;
   const evaluation::Trajectory trajectory =
-      dead_reckon(drive.load(), 0.0, TurningDrive::pose_at_s(0.0));
+      dead_reckon(drive.load(), 0.0, TurningDrive::pose_at_s(0.0)).turned_by_gyro;
   ASSERT_GT(trajectory.size(), 100U);
   EXPECT_EQ(trajectory.front().time_ns, 1000 * TurningDrive::kStart_us);
   EXPECT_NEAR(TurningDrive::seconds(trajectory.back().time_ns), TurningDrive::kSeconds, 0.02);
@@ -31,7 +31,7 @@ TEST(DeadReckon, FollowsATurn) {
 TEST(DeadReckon, HasStrictlyIncreasingTimes) {
   const TurningDrive drive;
   const evaluation::Trajectory trajectory =
-      dead_reckon(drive.load(), 0.0, TurningDrive::pose_at_s(0.0));
+      dead_reckon(drive.load(), 0.0, TurningDrive::pose_at_s(0.0)).turned_by_gyro;
   EXPECT_TRUE(std::is_sorted(trajectory.begin(), trajectory.end(),
                              [](const auto& a, const auto& b) { return a.time_ns <= b.time_ns; }));
 }
@@ -39,7 +39,8 @@ TEST(DeadReckon, HasStrictlyIncreasingTimes) {
 TEST(DeadReckon, StartsWhereItIsToldTo) {
   const TurningDrive drive;
   const RigidTransform elsewhere{so3::exp({0.0, 0.0, 1.0}), {100.0, -50.0, 7.0}};
-  const evaluation::Trajectory trajectory = dead_reckon(drive.load(), 1.0, elsewhere);
+  const evaluation::Trajectory trajectory =
+      dead_reckon(drive.load(), 1.0, elsewhere).turned_by_gyro;
   ASSERT_FALSE(trajectory.empty());
   EXPECT_NEAR(TurningDrive::seconds(trajectory.front().time_ns), 1.0, 0.02);
   EXPECT_LT(motion_between(elsewhere, trajectory.front().T_world_imu).norm(), 0.15);
@@ -55,11 +56,30 @@ TEST(DeadReckon, LeavesAGyroBiasToThePoseGraph) {
   constexpr double kBias_radps = 0.004;
   const TurningDrive drive(kBias_radps);
   const evaluation::Trajectory trajectory =
-      dead_reckon(drive.load(), 0.0, TurningDrive::pose_at_s(0.0));
+      dead_reckon(drive.load(), 0.0, TurningDrive::pose_at_s(0.0)).turned_by_gyro;
   const double seconds = TurningDrive::seconds(trajectory.back().time_ns);
   const Vector6 off =
       motion_between(TurningDrive::pose_at_s(seconds), trajectory.back().T_world_imu);
   EXPECT_NEAR(off(2), kBias_radps * seconds, 0.02 * kBias_radps * seconds);
+}
+
+TEST(DeadReckon, TakesRotationsFromTheGyroAloneAndUpFromTheFilter) {
+  // It starts with a tilt that the filter soon mends: mending is not motion.
+  const RigidTransform tilted =
+      TurningDrive::pose_at_s(0.0) * RigidTransform{so3::exp({0.03, -0.03, 0.0}), {0.0, 0.0, 0.0}};
+  const TurningDrive drive;
+  const DeadReckoning reckoned = dead_reckon(drive.load(), 0.0, tilted);
+  ASSERT_EQ(reckoned.filtered.size(), reckoned.turned_by_gyro.size());
+  ASSERT_EQ(reckoned.filtered.size(), reckoned.tilt_std_rad.size());
+  const double seconds = TurningDrive::seconds(reckoned.filtered.back().time_ns);
+  const RigidTransform T_true = TurningDrive::pose_at_s(seconds);
+  const auto tilt = [&](const RigidTransform& T) { return (T.R.row(2) - T_true.R.row(2)).norm(); };
+  EXPECT_LT(tilt(reckoned.filtered.back().T_world_imu), 0.01);
+  EXPECT_NEAR(tilt(reckoned.turned_by_gyro.back().T_world_imu), 0.03 * std::sqrt(2.0), 0.003);
+  const Eigen::Matrix3d R_turned = reckoned.turned_by_gyro.front().T_world_imu.R.transpose() *
+                                   reckoned.turned_by_gyro.back().T_world_imu.R;
+  EXPECT_LT((R_turned - T_true.R).norm(), 0.003);
+  EXPECT_GT(reckoned.tilt_std_rad.front(), 5.0 * reckoned.tilt_std_rad.back());
 }
 
 TEST(MotionStd, GrowsWithWayAndTime) {
@@ -76,9 +96,9 @@ TEST(MotionStd, GrowsWithWayAndTime) {
     EXPECT_GT(std(2.0, 1.0)(3 + i), std(1.0, 1.0)(3 + i));
     EXPECT_EQ(std(1.0, 5.0)(3 + i), std(1.0, 1.0)(3 + i));
   }
-  // Far, the share of the way counts; long, the root of the time.
-  EXPECT_NEAR(std(100.0, 1.0)(3), 100.0 * noise.along, 0.001);
-  EXPECT_NEAR(std(100.0, 1.0)(4), 100.0 * noise.across, 0.001);
+  // Far and long, the roots of way and time count.
+  EXPECT_NEAR(std(100.0, 1.0)(3), 10.0 * noise.along_m_per_root_m, 0.001);
+  EXPECT_NEAR(std(100.0, 1.0)(4), 10.0 * noise.across_m_per_root_m, 0.001);
   EXPECT_NEAR(std(1.0, 400.0)(0), 20.0 * noise.rotation_rad_per_root_s, 1e-5);
 }
 

@@ -42,7 +42,7 @@ class Verdict : public ::testing::Test {
     const PinholeCamera camera = TexturedStreet::camera();
     const RigidTransform T_imu_cam = TexturedStreet::T_imu_cam();
     return judge({keyframes_, drive_.truth, graph_, windows_tried_, graph_.registrations.size(),
-                  T_imu_cam, camera},
+                  focal_scale_, T_imu_cam, camera},
                  {});
   }
   [[nodiscard]] std::string complaint() const {
@@ -65,6 +65,7 @@ class Verdict : public ::testing::Test {
   std::vector<Keyframe> keyframes_;
   PoseGraph graph_;
   std::size_t windows_tried_ = 6;
+  double focal_scale_ = 1.0;
 };
 
 TEST_F(Verdict, AcceptsADriveThatFits) {
@@ -151,16 +152,26 @@ TEST_F(Verdict, RefusesADriveOfWhichTooLittleWasRegistered) {
   EXPECT_NO_THROW((void)judged());
 }
 
+TEST_F(Verdict, RefusesADriveThatAnotherFocalLengthFitsBetter) {
+  focal_scale_ = 1.015;
+  EXPECT_NO_THROW((void)judged());
+  for (const double scale : {0.95, 1.05}) {
+    focal_scale_ = scale;
+    EXPECT_THAT(complaint(), AllOf(HasSubstr(scale < 1.0 ? "0.95" : "1.05"),
+                                   HasSubstr("focal length"), HasSubstr("intrinsics")));
+  }
+}
+
 TEST_F(Verdict, RefusesADriveWhoseTracksMiss) {
   graph_.tracks = drive_.tracks({1});
   EXPECT_NO_THROW((void)judged());
   for (TrackFactor& factor : graph_.tracks) {
     for (SurfaceTrack& track : factor.tracks) {
-      track.to_px.x() += 3.2;
+      track.to_px.x() += 4.2;
     }
   }
   EXPECT_THAT(complaint(),
-              AllOf(HasSubstr("3.2 px"), HasSubstr("at most 2.0 px"), HasSubstr("intrinsics"),
+              AllOf(HasSubstr("4.2 px"), HasSubstr("at most 4.0 px"), HasSubstr("intrinsics"),
                     HasSubstr("extrinsics"), HasSubstr("time offset"), HasSubstr("wheel scale")));
 }
 

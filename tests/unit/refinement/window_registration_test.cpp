@@ -13,6 +13,7 @@
 #include <numbers>
 
 #include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
 
 namespace topoloc::refinement {
 namespace {
@@ -78,12 +79,15 @@ TEST_F(WindowRegistration, IsUncertainWhereTheSceneSaysNothing) {
   const TexturedStreet striped(1, true);
   const StreetViews seen =
       look_at_street(striped.scan(), striped, wrong_by(0.0, 0.0, 0.3, 0.0, 0.15, 0.05));
-  const Registration along_stripes = seen.registered();
+  SearchConfig config;
+  config.floor_std.setZero();
+  const Registration along_stripes = seen.registered(config);
+  const Registration everywhere = views().registered(config);
   const auto std = [](const Registration& registration, int i) {
     return std::sqrt(registration.covariance(i, i));
   };
   EXPECT_GT(std(along_stripes, 3), 2.0 * std(along_stripes, 4));
-  EXPECT_GT(std(along_stripes, 3), 1.5 * std(found(), 3));
+  EXPECT_GT(std(along_stripes, 3), 1.5 * std(everywhere, 3));
   // Sideways it is found all the same.
   EXPECT_LT(std::abs(error(seen, along_stripes)(4)), 0.04);
 }
@@ -112,6 +116,38 @@ TEST_F(WindowRegistration, AgreesLessWithTheSameStreetPaintedAnew) {
   const Registration repainted = look_at_street(cloud(), TexturedStreet(2), kWrong).registered();
   EXPECT_LT(repainted.significance, 0.8 * found().significance);
   EXPECT_LT(repainted.score, 0.3 * found().score);
+}
+
+TEST_F(WindowRegistration, TellsAWrongFocalLength) {
+  const auto best_scale = [](const StreetViews& seen) {
+    const RigidTransform& start = seen.start[StreetViews::kMiddle];
+    return best_focal_scale(sweep_focal_length(seen.window(), start, seen.registered().T_world_imu,
+                                               TexturedStreet::T_imu_cam(),
+                                               TexturedStreet::camera(), {}));
+  };
+  EXPECT_NEAR(best_scale(views()), 1.0, 0.01);
+  // The photos come from a lens of 0.94 or 1.06 times the focal length that is believed.
+  const TexturedStreet street(1);
+  for (const double scale : {0.94, 1.06}) {
+    const auto photograph = [&](const RigidTransform& T_world_cam) {
+      const cv::Mat photo = street.photo(T_world_cam);
+      const cv::Matx23d zoom(scale, 0.0, (1.0 - scale) * TexturedStreet::camera().cx_px, 0.0, scale,
+                             (1.0 - scale) * TexturedStreet::camera().cy_px);
+      cv::Mat zoomed;
+      cv::warpAffine(photo, zoomed, zoom, photo.size());
+      return zoomed;
+    };
+    EXPECT_NEAR(best_scale(look_at_street(cloud(), photograph, kWrong)), scale, 0.02);
+  }
+}
+
+TEST_F(WindowRegistration, DoesNotHangOnTheNumberOfThreads) {
+  SearchConfig config;
+  config.threads = 3;
+  const Registration other = views().registered(config);
+  EXPECT_EQ(other.T_world_imu.p, found().T_world_imu.p);
+  EXPECT_EQ(other.T_world_imu.R, found().T_world_imu.R);
+  EXPECT_EQ(other.covariance, found().covariance);
 }
 
 TEST_F(WindowRegistration, GivesTheSameBitsTwice) {
