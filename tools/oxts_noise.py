@@ -97,6 +97,8 @@ def way_spread(rows: dict[str, Array]) -> tuple[float, float, float]:
         way, length = steps[number == i].sum(axis=0), lengths[number == i].sum()
         if way[0] > 0.8 * STRETCH_M:
             shares.append([way[1] / way[0], way[2] / way[0], way[0] / length])
+    if not shares:
+        return float("nan"), float("nan"), float("nan")
     spread = np.median(np.abs(shares - np.median(shares, axis=0)), axis=0) * 1.4826
     return float(spread[0]), float(spread[1]), float(spread[2])
 
@@ -105,7 +107,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog="Example:\n  tools/oxts_rate_lag.py ../shared/data/kitti_oxts/*.csv.gz\n",
+        epilog="Example:\n  tools/oxts_noise.py ../shared/data/kitti_oxts/*.csv.gz\n",
     )
     parser.add_argument("drives", nargs="+", type=Path, help="OXTS tables (.csv.gz)")
     parser.add_argument(
@@ -142,7 +144,7 @@ def main() -> None:
     print(f"\nSpread of ways of {STRETCH_M:.0f} m [%]: sideways, up, along")
     for name, *spread in spreads:
         print(f"{name:<23}" + "".join(f"{100 * s:8.2f}" for s in spread))
-    middle = np.median([spread for _, *spread in spreads], axis=0)
+    middle = np.nanmedian([spread for _, *spread in spreads], axis=0)
     print(f"{'median':<23}" + "".join(f"{100 * s:8.2f}" for s in middle))
 
 

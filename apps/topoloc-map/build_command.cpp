@@ -10,7 +10,9 @@
 #include "common/progress_bar.hpp"
 
 #include <algorithm>
+#include <exception>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -142,17 +144,15 @@ Progress bar(const std::string& label) {
 }
 
 /// How images are matched with the cloud: by the models of the drive, or by a detector-free one.
-topoloc::refinement::PairMatching pair_matching(const Options& options,
-                                                topoloc::matching::MatchingConfig config) {
+std::unique_ptr<topoloc::matching::ImagePairMatcher> pair_matcher(
+    const Options& options, topoloc::matching::MatchingConfig config) {
   // Across the modalities networks are never sure; what is wrong is left out by geometry.
   config.min_match_score = std::min(config.min_match_score, 0.01);
+  config.min_similarity = 0.0;
   if (config.matcher == "guided") {
     config.matcher = "mutual";  // its likeness without a prediction
   }
-  return {topoloc::matching::make_pair_matcher(config, options.pair_model),
-          options.pair_model.empty()
-              ? config.extractor + ' ' + config.matcher
-              : std::filesystem::absolute(options.pair_model).lexically_normal().string()};
+  return topoloc::matching::make_pair_matcher(config, options.pair_model);
 }
 
 /// Refines with what the options give: a trajectory, or an initial pose.
@@ -180,11 +180,11 @@ BuildReport build_refined(const Options& options, const BuildProgress& progress)
                                              {"correlation", Routes::kCorrelation},
                                              {"matches", Routes::kMatches}};
   config.routes = routes.at(options.refine);
-  topoloc::refinement::PairMatching matching;
+  std::unique_ptr<topoloc::matching::ImagePairMatcher> matcher;
   if (config.routes != Routes::kCorrelation) {
-    matching = pair_matching(options, drive.vehicle.matching);
+    matcher = pair_matcher(options, drive.vehicle.matching);
   }
-  TrajectoryRefiner refiner(drive, std::move(knowledge), config, std::move(matching));
+  TrajectoryRefiner refiner(drive, std::move(knowledge), config, std::move(matcher));
   const auto write_registrations = [&] {
     if (!options.registrations.empty()) {
       topoloc::refinement::write_registrations(options.registrations, refiner.attempts());
@@ -194,7 +194,7 @@ BuildReport build_refined(const Options& options, const BuildProgress& progress)
     BuildReport report = build_map(options.paths, options.config, progress, &refiner);
     write_registrations();
     return report;
-  } catch (const std::runtime_error&) {
+  } catch (const std::exception&) {
     write_registrations();  // they show why
     throw;
   }
@@ -211,6 +211,17 @@ void check(const Options& options) {
   }
   if (!refine && !options.registrations.empty()) {
     throw CLI::ValidationError("--registrations", "needs --refine auto, correlation or matches");
+  }
+  if (refine && (options.trajectory_std_m == 0.0 || options.trajectory_std_deg == 0.0)) {
+    throw CLI::ValidationError("--trajectory-std-m, --trajectory-std-deg",
+                               "must be above 0 where poses are to be refined");
+  }
+  if (!options.registrations.empty()) {
+    std::ofstream file(options.registrations);  // before the work, not after it
+    if (!file) {
+      throw CLI::ValidationError("--registrations",
+                                 options.registrations.string() + ": cannot be written");
+    }
   }
   if (options.refine != "auto" && options.refine != "matches" && !options.pair_model.empty()) {
     throw CLI::ValidationError("--pair-model", "needs --refine auto or matches");

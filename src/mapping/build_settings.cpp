@@ -2,6 +2,10 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "mapping/build_settings.hpp"
 
+#include "map/checksum.hpp"
+
+#include <array>
+#include <cstdint>
 #include <iomanip>
 #include <limits>
 #include <sstream>
@@ -32,13 +36,28 @@ class Description {
   std::ostringstream text_;
 };
 
+/// Of frames, times, poses, covariances and verdicts: refinement may find others next time.
+std::uint64_t checksum_of_poses(std::span<const PlannedNode> nodes) {
+  map::Checksum checksum;
+  for (const PlannedNode& node : nodes) {
+    const std::array<std::int64_t, 3> integers{static_cast<std::int64_t>(node.frame), node.time_ns,
+                                               node.rejected.has_value() ? 1 : 0};
+    checksum.update(std::as_bytes(std::span(integers)));
+    checksum.update(std::as_bytes(std::span(node.T_world_imu.R.data(), 9)));
+    checksum.update(std::as_bytes(std::span(node.T_world_imu.p.data(), 3)));
+    checksum.update(std::as_bytes(std::span(node.covariance.data(), 36)));
+  }
+  return checksum.value();
+}
+
 }  // namespace
 
 std::string describe_settings(const BuildPaths& paths, const BuildConfig& config,
-                              const config::VehicleConfig& vehicle, const map::MapInfo& info) {
+                              const config::VehicleConfig& vehicle, const map::MapInfo& info,
+                              std::span<const PlannedNode> nodes) {
   Description d;
-  // 2: nodes with intensity image and figures.
-  d.line("journal", 2);
+  // 3: poses by checksum.
+  d.line("journal", 3);
   d.line("creator", config.creator);
   d.file("cloud", paths.cloud);
   if (!paths.trajectory.empty()) {
@@ -72,6 +91,7 @@ std::string describe_settings(const BuildPaths& paths, const BuildConfig& config
          l.pixel_std_px, l.max_relative_std);
   d.line("nodes", config.trajectory_std_m, config.trajectory_std_rad, config.min_coverage,
          config.min_features, config.min_lifted);
+  d.line("poses", checksum_of_poses(nodes));
   return d.text();
 }
 

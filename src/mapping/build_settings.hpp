@@ -6,6 +6,7 @@
 #include "topoloc/map/types.hpp"
 #include "topoloc/mapping/map_builder.hpp"
 
+#include <span>
 #include <string>
 
 namespace topoloc::mapping {
@@ -13,6 +14,7 @@ namespace topoloc::mapping {
 /// Everything that a node depends on, as text: two builds with the same text make the same nodes.
 /// Input files are named by path, size and time of change.
 std::string describe_settings(const BuildPaths& paths, const BuildConfig& config,
-                              const config::VehicleConfig& vehicle, const map::MapInfo& info);
+                              const config::VehicleConfig& vehicle, const map::MapInfo& info,
+                              std::span<const PlannedNode> nodes);
 
 }  // namespace topoloc::mapping

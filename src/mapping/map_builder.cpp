@@ -249,11 +249,8 @@ BuildReport build_map(const BuildPaths& paths, const BuildConfig& config,
 
   std::filesystem::path partial = paths.out;
   partial += ".partial";
-  std::string settings = describe_settings(paths, config, drive.vehicle, info);
-  if (refiner != nullptr) {
-    settings += refiner->settings();
-  }
-  const BuildJournal journal(partial, settings, info);
+  const BuildJournal journal(
+      partial, describe_settings(paths, config, drive.vehicle, info, report.selection.nodes), info);
   std::vector<PlannedNode> pending;
   for (const PlannedNode& node : report.selection.nodes) {
     if (!node.rejected && !journal.contains(node.frame)) {
@@ -272,7 +269,7 @@ BuildReport build_map(const BuildPaths& paths, const BuildConfig& config,
   // Always through the journal, so that a resumed build cannot differ from an uninterrupted one.
   MapReport map_report;
   map_report.creator = config.creator;
-  map_report.refine = refiner != nullptr ? "auto" : "none";
+  map_report.refine = refiner != nullptr ? refiner->name() : "none";
   map_report.cloud_points = cloud.size();
   map_report.cloud_has_intensity = cloud.has_intensity;
   assemble(paths.out, info, journal, std::move(map_report), report);

@@ -15,9 +15,11 @@ std::vector<std::size_t> agreeing_with_the_surest(std::span<const Registration> 
                                                   std::span<const RigidTransform> poses) {
   constexpr double kConfidence = 0.99;
   static const double kLimit = evaluation::chi_square_quantile(kConfidence, 6.0);
+  // Many views together are not led astray by one, however sure that says it is.
   const auto surest = std::min_element(
       registrations.begin(), registrations.end(), [](const Registration& a, const Registration& b) {
-        return a.covariance.determinant() < b.covariance.determinant();
+        return a.route != b.route ? a.route == Route::kCorrelation
+                                  : a.covariance.determinant() < b.covariance.determinant();
       });
   std::vector<std::size_t> chosen;
   for (std::size_t i = 0; i < registrations.size(); ++i) {

@@ -10,10 +10,10 @@
 
 namespace topoloc::refinement {
 
-/// Chooses among registrations of neighbouring keyframes, of either route: the surest (smallest
-/// determinant of its covariance) and all that agree with it statistically (99 % of chi square, six
-/// degrees of freedom), given the motion between `poses` (T_world_imu by keyframe). Indices,
-/// ascending; the first of equally sure ones leads.
+/// Chooses among registrations of neighbouring keyframes, of either route: the surest (a window
+/// before a view, then the smallest determinant of the covariance) and all that agree with it
+/// statistically (99 % of chi square, six degrees of freedom), given the motion between `poses`
+/// (T_world_imu by keyframe). Indices, ascending; the first of equally sure ones leads.
 std::vector<std::size_t> agreeing_with_the_surest(std::span<const Registration> registrations,
                                                   std::span<const RigidTransform> poses);
 

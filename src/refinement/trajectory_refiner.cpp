@@ -20,7 +20,6 @@
 #include <mutex>
 #include <optional>
 #include <span>
-#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -86,17 +85,18 @@ class Run {
     for (pass_ = 1; pass_ < passes; ++pass_) {
       fine_pass([&](std::size_t done) { report(pass_, done); });
     }
-    return judge({keyframes_, poses_, graph_, windows_tried_, windows_registered_, focal_scale(),
+    return judge({keyframes_, poses_, graph_, windows_tried_, windows_registered_, focal_length(),
                   T_imu_cam_, camera_},
                  config_);
   }
 
  private:
   static constexpr int kMaskMargin_px = 2;
+  /// Of windows whose focal length is looked at: a wrong one makes all of them less significant.
+  static constexpr double kNotChance = 4.0;
 
-  /// Focal length that fits the windows best, of the camera's own.
-  [[nodiscard]] double focal_scale() const {
-    return focal_sweep_ ? best_focal_scale(*focal_sweep_) : 1.0;
+  [[nodiscard]] BestFocalLength focal_length() const {
+    return focal_sweep_ ? best_focal_length(*focal_sweep_) : BestFocalLength{};
   }
 
   /// What odometry and the trajectory or initial pose say, and first poses from it.
@@ -298,7 +298,8 @@ class Run {
     const Registration found = register_window(views, poses_[middle], T_imu_cam_, camera_, search);
     record(middle, found, seconds + watch.seconds());
     const bool is_last_pass = pass_ == config_.window.fine_passes;
-    if (is_last_pass && windows_tried_ % config_.window.focal_sweep_every == 0) {
+    if (is_last_pass && found.significance > kNotChance &&
+        windows_tried_ % config_.window.focal_sweep_every == 0) {
       const FocalSweep sweep =
           sweep_focal_length(views, poses_[middle], found.T_world_imu, T_imu_cam_, camera_, search);
       FocalSweep& sum = focal_sweep_ ? *focal_sweep_ : focal_sweep_.emplace();
@@ -404,32 +405,30 @@ class Run {
 }  // namespace
 
 TrajectoryRefiner::TrajectoryRefiner(const drive::Drive& drive, PoseKnowledge knowledge,
-                                     RefinementConfig config, PairMatching matching)
+                                     RefinementConfig config,
+                                     std::unique_ptr<matching::ImagePairMatcher> matcher)
     : drive_(drive),
       knowledge_(std::move(knowledge)),
       config_(std::move(config)),
-      matching_(std::move(matching)) {
+      matcher_(std::move(matcher)) {
   if (knowledge_.trajectory.has_value() == knowledge_.initial_pose.has_value()) {
     throw std::invalid_argument("refinement: needs a trajectory or an initial pose, not both");
   }
-  if (config_.routes != Routes::kCorrelation && !matching_.matcher) {
+  if (config_.routes != Routes::kCorrelation && !matcher_) {
     throw std::invalid_argument("refinement: these routes need a matcher of image pairs");
   }
 }
 
-std::string TrajectoryRefiner::settings() const {
-  std::ostringstream text;
-  text << "refinement: 2 " << config_.prior_std_m << ' ' << config_.prior_std_rad << ' '
-       << config_.keyframe_m;
-  if (config_.routes != Routes::kCorrelation) {
-    text << (config_.routes == Routes::kAuto ? " auto " : " matches ") << matching_.name;
+std::string TrajectoryRefiner::name() const {
+  switch (config_.routes) {
+    case Routes::kAuto:
+      return "auto";
+    case Routes::kCorrelation:
+      return "correlation";
+    case Routes::kMatches:
+      return "matches";
   }
-  if (knowledge_.initial_pose) {
-    text << " initial " << knowledge_.initial_pose->p.transpose() << ' '
-         << knowledge_.initial_pose->R.reshaped().transpose();
-  }
-  text << '\n';
-  return text.str();
+  return "";
 }
 
 std::vector<mapping::RefinedPose> TrajectoryRefiner::refine(const mapping::CloudGrid& grid,
@@ -441,8 +440,7 @@ std::vector<mapping::RefinedPose> TrajectoryRefiner::refine(const mapping::Cloud
         "trajectory that fits the cloud and --refine none");
   }
   attempts_.clear();
-  return Run(drive_, knowledge_, config_, grid, frames, matching_.matcher.get(), attempts_)
-      .run(progress);
+  return Run(drive_, knowledge_, config_, grid, frames, matcher_.get(), attempts_).run(progress);
 }
 
 }  // namespace topoloc::refinement

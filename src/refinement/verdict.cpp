@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -31,7 +32,7 @@ std::vector<double> way(const std::vector<Keyframe>& keyframes) {
 
 /// Median residual of the tracks from each keyframe and of all together [px].
 struct TrackResiduals {
-  std::vector<double> of_keyframe;
+  std::vector<std::optional<double>> of_keyframe;
   double of_all = 0.0;
 };
 
@@ -48,7 +49,8 @@ TrackResiduals track_residuals(const SolvedDrive& drive) {
   }
   TrackResiduals result;
   for (const std::vector<double>& residuals_px : from) {
-    result.of_keyframe.push_back(median(residuals_px));
+    result.of_keyframe.push_back(residuals_px.empty() ? std::nullopt
+                                                      : std::optional(median(residuals_px)));
   }
   result.of_all = median(std::move(all));
   return result;
@@ -67,6 +69,12 @@ bool contradicts(const Registration& registration, const Vector6& off,
 /// The cloud and the drive as a whole.
 void check_drive(const SolvedDrive& drive, const TrackResiduals& residuals,
                  const RefinementConfig& config) {
+  if (drive.windows_tried == 0) {
+    throw std::runtime_error(
+        fmt::format("refinement: the drive is too short: {} frames at least a keyframe's way apart "
+                    "have a pose to start from, half a window of views is needed",
+                    drive.keyframes.size()));
+  }
   const std::size_t found = drive.windows_registered;
   if (static_cast<double>(found) <
       config.min_registered_share * static_cast<double>(drive.windows_tried)) {
@@ -77,12 +85,11 @@ void check_drive(const SolvedDrive& drive, const TrackResiduals& residuals,
         "time offset right?",
         drive.windows_tried, found));
   }
-  if (std::abs(drive.focal_scale - 1.0) > config.max_focal_error) {
+  if (drive.focal_length.gain > config.max_focal_gain) {
     throw std::runtime_error(
-        fmt::format("refinement: camera images fit the cloud best with {:.2f} times the camera's "
-                    "focal length (at most {:.0f} % off is credible). Are the camera's intrinsics "
-                    "right?",
-                    drive.focal_scale, 100.0 * config.max_focal_error));
+        fmt::format("refinement: camera images fit the cloud better by {:.0f} % with some {:.2f} "
+                    "times the camera's focal length. Are the camera's intrinsics right?",
+                    100.0 * (drive.focal_length.gain - 1.0), drive.focal_length.scale));
   }
   if (residuals.of_all > config.max_track_residual_px) {
     throw std::runtime_error(fmt::format(
@@ -127,10 +134,14 @@ std::vector<mapping::RefinedPose> judge(const SolvedDrive& drive, const Refineme
     const double std_m = std::sqrt(pose.covariance.diagonal().tail<3>().maxCoeff());
     pose.figures = {{"pose_std_m", std_m},
                     {"pose_std_deg", std_rad * 180.0 / std::numbers::pi},
-                    {"registration_away_m", away_m},
-                    {"registration_significance", nearest == nullptr ? 0.0 : nearest->significance},
-                    {"registration_residual_m", off.tail<3>().norm()},
-                    {"track_residual_px", residuals.of_keyframe[k]}};
+                    {"registration_away_m", away_m}};
+    if (nearest != nullptr) {
+      pose.figures["registration_significance"] = nearest->significance;
+      pose.figures["registration_residual_m"] = off.tail<3>().norm();
+    }
+    if (residuals.of_keyframe[k]) {
+      pose.figures["track_residual_px"] = *residuals.of_keyframe[k];
+    }
     if (keyframe.T_prior) {
       pose.figures["moved_m"] = (pose.T_world_imu.p - keyframe.T_prior->p).norm();
     }

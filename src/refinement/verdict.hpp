@@ -19,7 +19,7 @@ struct SolvedDrive {
   const PoseGraph& graph;
   std::size_t windows_tried;
   std::size_t windows_registered;  ///< with a registration in the graph
-  double focal_scale;              ///< at which the windows agree best, of the camera's own
+  BestFocalLength focal_length;    ///< for all windows together
   const RigidTransform& T_imu_cam;
   const PinholeCamera& camera;
 };

@@ -270,15 +270,14 @@ FocalSweep sweep_focal_length(std::span<const WindowView> views, const RigidTran
   return sweep;
 }
 
-double best_focal_scale(const FocalSweep& sweep) {
-  const auto top =
-      std::clamp<std::ptrdiff_t>(std::max_element(sweep.begin(), sweep.end()) - sweep.begin(), 1,
-                                 static_cast<std::ptrdiff_t>(sweep.size()) - 2);
-  const auto i = static_cast<std::size_t>(top);
-  const double bend = sweep[i - 1] - 2.0 * sweep[i] + sweep[i + 1];
-  const double step = kFocalScales[i + 1] - kFocalScales[i];
-  const double aside = bend < 0.0 ? 0.5 * (sweep[i - 1] - sweep[i + 1]) / bend : 0.0;
-  return kFocalScales[i] + step * std::clamp(aside, -1.0, 1.0);
+BestFocalLength best_focal_length(const FocalSweep& sweep) {
+  const auto best = std::max_element(sweep.begin(), sweep.end());
+  const auto own = std::find(kFocalScales.begin(), kFocalScales.end(), 1.0);
+  const double own_agreement = sweep[static_cast<std::size_t>(own - kFocalScales.begin())];
+  if (!(own_agreement > 0.0)) {
+    return {};  // nothing agrees with anything
+  }
+  return {kFocalScales[static_cast<std::size_t>(best - sweep.begin())], *best / own_agreement};
 }
 
 }  // namespace topoloc::refinement

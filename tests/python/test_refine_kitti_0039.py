@@ -150,7 +150,7 @@ def test_refuses_a_camera_that_looks_the_other_way_up(table: node_pose_table.Tab
     out = table.work / "upside_down.tmap"
     result = build(drive, table.cloud, stretch(table, 60.0), out)
     assert result.returncode == 1
-    assert "do not agree" in result.stderr or "miss" in result.stderr
+    assert "do not agree" in result.stderr
     assert not out.exists()
     # What was tried is told all the same.
     tried = registrations(out)

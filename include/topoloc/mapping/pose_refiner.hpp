@@ -27,8 +27,8 @@ struct RefinedPose {
   /// p_true = p + R t.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   std::optional<NodeReject> rejected;  ///< why no node may be made of it
-  /// What the verdict rests on, by name with unit ("std_m", "track_residual_px"): goes into the
-  /// map.
+  /// What the verdict rests on, by name with unit ("pose_std_m", "track_residual_px"): goes into
+  /// the map.
   Figures figures;
 };
 
@@ -36,9 +36,8 @@ struct RefinedPose {
 class PoseRefiner {
  public:
   virtual ~PoseRefiner() = default;
-  /// What its result depends on beside cloud and frames: an interrupted build goes on only with
-  /// the same.
-  [[nodiscard]] virtual std::string settings() const = 0;
+  /// What the map says of how its poses were found.
+  [[nodiscard]] virtual std::string name() const = 0;
   /// In time order. Throws std::runtime_error where drive and cloud do not belong together.
   virtual std::vector<RefinedPose> refine(const CloudGrid& grid, drive::FrameLog& frames,
                                           const Progress& progress) = 0;

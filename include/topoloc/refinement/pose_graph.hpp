@@ -14,7 +14,7 @@
 namespace topoloc::refinement {
 
 /// Motion from one keyframe to the next as odometry has it; deviations (theta, t) in the axes of
-/// the first.
+/// the second.
 struct OdometryFactor {
   std::size_t from, to;
   RigidTransform T_from_to;

@@ -35,7 +35,7 @@ struct WindowConfig {
   int fine_passes = 2;         ///< over the whole drive at full resolution, after the first
   double fine_share = 0.4;     ///< their search deviations, as share of the first's
   /// In the last pass, one window of so many tells whether another focal length fits better.
-  std::size_t focal_sweep_every = 3;
+  std::size_t focal_sweep_every = 2;
 };
 
 /// Which routes look for the poses of views in the cloud.
@@ -60,15 +60,16 @@ struct RefinementConfig {
   std::size_t fruitless_views = 24;
   /// Share of the windows that must be registered; less is the wrong cloud or calibration.
   double min_registered_share = 0.4;
-  double max_focal_error = 0.02;  ///< share of the focal length; more is the wrong calibration
+  /// More agreement than that with another focal length, as ratio: the calibration is wrong.
+  double max_focal_gain = 1.08;
   /// Between neighbouring keyframes, median of the drive; more is the wrong calibration.
   double max_track_residual_px = 4.0;
   /// Added to each pose's covariance: what the whole drive shares, such as errors of the
   /// extrinsics and of the cloud (theta [rad], t [m]).
-  Vector6 floor_std = (Vector6() << 0.0045, 0.0045, 0.0045, 0.075, 0.075, 0.075).finished();
+  Vector6 floor_std = (Vector6() << 0.003, 0.003, 0.003, 0.05, 0.05, 0.05).finished();
   double max_std_m = 0.25;  ///< a pose less certain than that (any axis) is rejected
   double max_std_rad = 0.02;
-  double max_registration_away_m = 15.0;     ///< along the way; further is unsupported
+  double max_registration_away_m = 25.0;     ///< along the way; further is unsupported
   double max_registration_residual_m = 0.4;  ///< a pose that its registration contradicts by more
   OdometryNoise odometry;
   WindowConfig window;
@@ -89,20 +90,14 @@ struct PoseKnowledge {
   std::optional<RigidTransform> initial_pose;        ///< at the first inertial sample
 };
 
-/// What finds matches between LiDAR intensities and camera images (route a).
-struct PairMatching {
-  std::unique_ptr<matching::ImagePairMatcher> matcher;
-  std::string name;  ///< of model or file: the result depends on it
-};
-
 /// Refines the poses of a drive against the cloud: sequentially in windows, then all together.
 class TrajectoryRefiner : public mapping::PoseRefiner {
  public:
-  /// `matching` may be empty where only correlation is asked for (else std::invalid_argument).
+  /// `matcher` may be empty where only correlation is asked for (else std::invalid_argument).
   TrajectoryRefiner(const drive::Drive& drive, PoseKnowledge knowledge, RefinementConfig config,
-                    PairMatching matching = {});
+                    std::unique_ptr<matching::ImagePairMatcher> matcher = nullptr);
 
-  [[nodiscard]] std::string settings() const override;
+  [[nodiscard]] std::string name() const override;
   std::vector<mapping::RefinedPose> refine(const mapping::CloudGrid& grid, drive::FrameLog& frames,
                                            const mapping::Progress& progress) override;
   /// What the last refine() tried, in its order; also after it has thrown.
@@ -112,7 +107,7 @@ class TrajectoryRefiner : public mapping::PoseRefiner {
   const drive::Drive& drive_;
   PoseKnowledge knowledge_;
   RefinementConfig config_;
-  PairMatching matching_;
+  std::unique_ptr<matching::ImagePairMatcher> matcher_;
   std::vector<RegistrationAttempt> attempts_;
 };
 

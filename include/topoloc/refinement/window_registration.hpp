@@ -50,8 +50,12 @@ FocalSweep sweep_focal_length(std::span<const WindowView> views, const RigidTran
                               const RigidTransform& found, const RigidTransform& T_imu_cam,
                               const PinholeCamera& camera, const SearchConfig& config);
 
-/// The focal length, as share of the camera's, at which a sweep has its maximum (parabola through
-/// its highest value and that one's neighbours).
-double best_focal_scale(const FocalSweep& sweep);
+/// What a sweep says: the focal length that fits best, as share of the camera's, and how much
+/// better it fits than the camera's own (ratio of agreements).
+struct BestFocalLength {
+  double scale = 1.0;
+  double gain = 1.0;
+};
+BestFocalLength best_focal_length(const FocalSweep& sweep);
 
 }  // namespace topoloc::refinement

@@ -216,6 +216,77 @@ TEST_F(MapBuilderTest, DoesNotTakeOverNodesOfAnotherCloud) {
   EXPECT_TRUE(testing::bytes_of(drive_.paths.out) == built(config_));
 }
 
+/// Says what it is told to.
+class ToldPoses : public PoseRefiner {
+ public:
+  explicit ToldPoses(std::vector<RefinedPose> poses) : poses_(std::move(poses)) {}
+  [[nodiscard]] std::string name() const override { return "told"; }
+  std::vector<RefinedPose> refine(const CloudGrid& grid, drive::FrameLog& frames,
+                                  const Progress& progress) override {
+    EXPECT_GT(grid.cloud().size(), 0U);
+    EXPECT_EQ(frames.size(), 21U);
+    if (progress) {
+      progress(1.0);
+    }
+    return poses_;
+  }
+
+ private:
+  std::vector<RefinedPose> poses_;
+};
+
+/// Poses of all frames as the trajectory has them, `off_m` to the side.
+std::vector<RefinedPose> beside_the_trajectory(const BuildPaths& paths, double off_m) {
+  std::vector<RefinedPose> poses;
+  const evaluation::Trajectory trajectory = evaluation::read_tum(paths.trajectory);
+  for (std::size_t frame = 0; frame < 21; ++frame) {
+    RefinedPose pose;
+    pose.frame = frame;
+    pose.time_ns = 1000 * (SyntheticDrive::kStart_us +
+                           static_cast<std::int64_t>(frame) * SyntheticDrive::kFrame_us);
+    pose.T_world_imu = evaluation::pose_at(trajectory, pose.time_ns, 1'000'000'000).value();
+    pose.T_world_imu.p.y() += off_m;
+    pose.covariance = 0.01 * Eigen::Matrix<double, 6, 6>::Identity();
+    pose.figures["pose_std_m"] = 0.1;
+    poses.push_back(pose);
+  }
+  return poses;
+}
+
+TEST_F(MapBuilderTest, TakesPosesAndVerdictsOfARefiner) {
+  std::vector<RefinedPose> poses = beside_the_trajectory(drive_.paths, 0.2);
+  poses[10].rejected = NodeReject::kPoseUncertain;
+  ToldPoses refiner(poses);
+  const BuildReport report = build_map(drive_.paths, config_, {}, &refiner);
+  EXPECT_EQ(report.selection.nodes.size(), 5U);
+  const map::MapFile map(drive_.paths.out);
+  EXPECT_EQ(map.node_count(), 4U);
+  const MapReport map_report = parse_map_report(map.report());
+  EXPECT_EQ(map_report.refine, "told");
+  ASSERT_EQ(map_report.nodes.size(), 5U);
+  EXPECT_EQ(map_report.nodes[2].rejected, "pose_uncertain");
+  EXPECT_EQ(map_report.nodes[2].figures.at("pose_std_m"), 0.1);
+  EXPECT_NEAR(map_report.nodes[3].position_m.y(), 0.2, 1e-6);
+  EXPECT_FALSE(map_report.nodes[3].rejected.has_value());
+}
+
+TEST_F(MapBuilderTest, DoesNotTakeOverNodesOfOtherPoses) {
+  const auto build = [&](double off_m, const Progress& nodes = {}) {
+    ToldPoses refiner(beside_the_trajectory(drive_.paths, off_m));
+    return build_map(drive_.paths, config_, {.cloud = {}, .poses = {}, .nodes = nodes}, &refiner);
+  };
+  const auto die = [](double share) {
+    if (share > 0.3) {
+      throw std::runtime_error("power cut");
+    }
+  };
+  EXPECT_THROW(build(0.0, die), std::runtime_error);
+  EXPECT_EQ(build(0.001).nodes_resumed, 0U);
+  std::filesystem::remove(drive_.paths.out);
+  EXPECT_THROW(build(0.0, die), std::runtime_error);
+  EXPECT_EQ(build(0.0).nodes_resumed, 2U);
+}
+
 TEST_F(MapBuilderTest, LeavesOutFramesThatDoNotMakeANode) {
   auto images = SyntheticDrive::patchwork_images();
   const cv::Mat blank(384, 640, CV_8UC1, cv::Scalar(128));

@@ -40,6 +40,14 @@ TEST_F(Choice, TakesTheSurerOfTwoThatDisagree) {
   EXPECT_EQ(chosen({of(8, 0.1), of(10, 0.05, 1.0)}), Indices{1});
 }
 
+TEST_F(Choice, DoesNotLetAViewLeadAgainstAWindow) {
+  Registration match = of(10, 0.02, 1.0);
+  match.route = Route::kMatches;
+  EXPECT_EQ(chosen({of(8, 0.1), match}), Indices{0});
+  match.T_world_imu = drive_.truth[10];
+  EXPECT_EQ(chosen({of(8, 0.1), match}), (Indices{0, 1}));
+}
+
 TEST_F(Choice, LetsTheSurestLeadTheRest) {
   EXPECT_EQ(chosen({of(8, 0.1), of(4, 0.05, 1.0), of(6, 0.1, 1.1), of(7, 0.1, 0.0)}),
             (Indices{1, 2}));

@@ -86,7 +86,7 @@ class RouteChoice : public ::testing::Test {
     for (evaluation::StampedPose& pose : *knowledge.trajectory) {
       pose.T_world_imu.p += Eigen::Vector3d(0.1, 0.15, -0.1);
     }
-    TrajectoryRefiner refiner(street().drive, knowledge, config, {std::move(matcher), "test"});
+    TrajectoryRefiner refiner(street().drive, knowledge, config, std::move(matcher));
     drive::FrameLog frames = drive::open_frames(street().drive);
     Result result;
     result.poses = refiner.refine(street().cloud, frames, {});

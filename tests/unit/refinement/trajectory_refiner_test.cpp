@@ -97,31 +97,16 @@ TEST_F(TrajectoryRefinerTest, RefusesACloudThatTheCameraDoesNotSee) {
   EXPECT_THAT(complaint(mapping::CloudGrid(std::move(cloud))), HasSubstr("could be registered"));
 }
 
-TEST_F(TrajectoryRefinerTest, NamesInItsSettingsWhatTheResultDependsOn) {
-  const auto settings = [&](const PoseKnowledge& knowledge, const RefinementConfig& config = {}) {
-    return TrajectoryRefiner(drive_, knowledge, config).settings();
-  };
-  EXPECT_EQ(settings(with_trajectory()), settings(with_trajectory()));
-  EXPECT_NE(settings(with_trajectory()), settings(with_initial_pose()));
-  EXPECT_NE(settings(with_initial_pose()),
-            settings(with_initial_pose({Eigen::Matrix3d::Identity(), {1.0, 0.0, 0.0}})));
-  RefinementConfig other;
-  other.prior_std_m = 1.0;
-  EXPECT_NE(settings(with_trajectory()), settings(with_trajectory(), other));
-  const auto with_matcher = [&](Routes routes, const std::string& model) {
+TEST_F(TrajectoryRefinerTest, NamesItsRoutes) {
+  const auto name = [&](Routes routes) {
     RefinementConfig config;
     config.routes = routes;
-    return TrajectoryRefiner(drive_, with_trajectory(), config,
-                             {std::make_unique<BlindMatcher>(), model})
-        .settings();
+    return TrajectoryRefiner(drive_, with_trajectory(), config, std::make_unique<BlindMatcher>())
+        .name();
   };
-  EXPECT_NE(settings(with_trajectory()), with_matcher(Routes::kAuto, "a"));
-  EXPECT_NE(with_matcher(Routes::kAuto, "a"), with_matcher(Routes::kMatches, "a"));
-  EXPECT_NE(with_matcher(Routes::kAuto, "a"), with_matcher(Routes::kAuto, "b"));
-  EXPECT_EQ(settings(with_trajectory()), with_matcher(Routes::kCorrelation, "a"));
-  RefinementConfig threads;
-  threads.threads = 1;
-  EXPECT_EQ(settings(with_trajectory()), settings(with_trajectory(), threads));
+  EXPECT_EQ(name(Routes::kAuto), "auto");
+  EXPECT_EQ(name(Routes::kCorrelation), "correlation");
+  EXPECT_EQ(name(Routes::kMatches), "matches");
 }
 
 TEST_F(TrajectoryRefinerTest, TakesAKeyframeAMetre) {

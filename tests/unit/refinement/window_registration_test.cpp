@@ -119,26 +119,35 @@ TEST_F(WindowRegistration, AgreesLessWithTheSameStreetPaintedAnew) {
 }
 
 TEST_F(WindowRegistration, TellsAWrongFocalLength) {
-  const auto best_scale = [](const StreetViews& seen) {
+  const auto best = [](const StreetViews& seen) {
     const RigidTransform& start = seen.start[StreetViews::kMiddle];
-    return best_focal_scale(sweep_focal_length(seen.window(), start, seen.registered().T_world_imu,
-                                               TexturedStreet::T_imu_cam(),
-                                               TexturedStreet::camera(), {}));
+    return best_focal_length(sweep_focal_length(seen.window(), start, seen.registered().T_world_imu,
+                                                TexturedStreet::T_imu_cam(),
+                                                TexturedStreet::camera(), {}));
   };
-  EXPECT_NEAR(best_scale(views()), 1.0, 0.01);
-  // The photos come from a lens of 0.94 or 1.06 times the focal length that is believed.
+  EXPECT_EQ(best(views()).scale, 1.0);
+  EXPECT_EQ(best(views()).gain, 1.0);
+  // The photos come from a lens of 0.95 or 1.05 times the focal length that is believed.
   const TexturedStreet street(1);
-  for (const double scale : {0.94, 1.06}) {
+  for (const double scale : {0.95, 1.05}) {
     const auto photograph = [&](const RigidTransform& T_world_cam) {
-      const cv::Mat photo = street.photo(T_world_cam);
-      const cv::Matx23d zoom(scale, 0.0, (1.0 - scale) * TexturedStreet::camera().cx_px, 0.0, scale,
-                             (1.0 - scale) * TexturedStreet::camera().cy_px);
+      const PinholeCamera camera = TexturedStreet::camera();
+      const cv::Matx23d zoom(scale, 0.0, (1.0 - scale) * camera.cx_px,  //
+                             0.0, scale, (1.0 - scale) * camera.cy_px);
       cv::Mat zoomed;
-      cv::warpAffine(photo, zoomed, zoom, photo.size());
+      cv::warpAffine(street.photo(T_world_cam), zoomed, zoom, cv::Size(), cv::INTER_LINEAR,
+                     cv::BORDER_REFLECT);
       return zoomed;
     };
-    EXPECT_NEAR(best_scale(look_at_street(cloud(), photograph, kWrong)), scale, 0.02);
+    const BestFocalLength found = best(look_at_street(cloud(), photograph, kWrong));
+    EXPECT_EQ(found.scale, scale < 1.0 ? 0.96 : 1.04);
+    EXPECT_GT(found.gain, RefinementConfig{}.max_focal_gain);
   }
+}
+
+TEST_F(WindowRegistration, ASweepWithoutAgreementSaysNothingOfTheFocalLength) {
+  EXPECT_EQ(best_focal_length({}).gain, 1.0);
+  EXPECT_EQ(best_focal_length({0.0, 0.1, 0.0, -0.1, 0.0, 0.0, 0.0}).gain, 1.0);
 }
 
 TEST_F(WindowRegistration, DoesNotHangOnTheNumberOfThreads) {
