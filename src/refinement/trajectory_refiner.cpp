@@ -342,7 +342,9 @@ class Run {
   /// Notes a registration of a keyframe, found from its present pose; whether it is significant.
   bool record(std::size_t keyframe, Registration found, double seconds) {
     found.keyframe = keyframe;
-    const bool significant = found.significance >= config_.min_significance;
+    const bool significant =
+        found.significance >= (found.route == Route::kMatches ? config_.min_match_significance
+                                                              : config_.min_significance);
     attempts_.push_back({keyframes_[keyframe].time_ns, pass_, poses_[keyframe], found, significant,
                          false, seconds});
     return significant;

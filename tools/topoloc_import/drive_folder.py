@@ -165,9 +165,7 @@ def decimal(value: float) -> str:
     return f"{value:.8f}".rstrip("0")
 
 
-def write_vehicle(
-    folder: Path, name: str, mounting: Mounting, bias: BiasStd | None = None
-) -> None:
+def write_vehicle(folder: Path, name: str, mounting: Mounting, bias: BiasStd | None = None) -> None:
     """vehicle.yaml: what this car must state; everything else keeps its default."""
     bias_text = ""
     if bias:

@@ -56,6 +56,9 @@ struct RefinementConfig {
   /// Way over which such errors stay the same: neighbouring poses count as one together.
   double error_correlation_m = 20.0;
   double min_significance = 5.5;  ///< of a registration; less may be chance
+  /// The same of matches of a single view, which may agree on a wrong pose: of a spinning scanner's
+  /// cloud some with 6 were 2 degrees off.
+  double min_match_significance = 8.0;
   /// kAuto: so many views in a row without a significant match, and no more are matched.
   std::size_t fruitless_views = 24;
   /// Share of the windows that must be registered; less is the wrong cloud or calibration.
