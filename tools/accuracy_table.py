@@ -96,6 +96,21 @@ def run(*command: str | Path) -> str:
     return done.stdout
 
 
+def table_parser(description: str | None, epilog: str, work: str) -> argparse.ArgumentParser:
+    """With what all tables of this kind take: --work, --bins and --json."""
+    parser = argparse.ArgumentParser(
+        description=description,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog=epilog,
+    )
+    parser.add_argument("--work", type=Path, default=Path(work), help="where files go")
+    parser.add_argument(
+        "--bins", type=Path, default=Path(os.environ.get("TOPOLOC_BIN", ROOT / "build/release/bin"))
+    )
+    parser.add_argument("--json", type=Path, help="also write all figures here")
+    return parser
+
+
 def read_tum(path: Path) -> npt.NDArray[np.float64]:
     return np.loadtxt(path, comments="#", ndmin=2)
 
@@ -243,24 +258,19 @@ def markdown(label: str, f: dict[str, float]) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog="Example:\n  tools/accuracy_table.py --drive demo/kitti_0039 "
+    parser = table_parser(
+        __doc__,
+        "Example:\n  tools/accuracy_table.py --drive demo/kitti_0039 "
         "--cloud ../shared/data/kitti_0039/cloud.laz\n",
+        work="demo/table",
     )
     parser.add_argument("--drive", type=Path, required=True, help="drive folder with ground truth")
     parser.add_argument("--cloud", type=Path, required=True, help="point cloud of the map")
     parser.add_argument("--trajectory", type=Path, help="poses for the map (default: ground truth)")
-    parser.add_argument("--work", type=Path, default=Path("demo/table"), help="where files go")
-    parser.add_argument(
-        "--bins", type=Path, default=Path(os.environ.get("TOPOLOC_BIN", ROOT / "build/release/bin"))
-    )
     parser.add_argument(
         "--models", action="store_true", help="compare feature models instead (see `make models`)"
     )
     parser.add_argument("--only", help="rows whose label contains this text")
-    parser.add_argument("--json", type=Path, help="also write all figures here")
     args = parser.parse_args()
     table = Table(
         args.drive,

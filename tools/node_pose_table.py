@@ -12,10 +12,8 @@ map of its even frames. Maps are kept in --work and built again when a source ha
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
-import os
 from pathlib import Path
 from typing import Any
 
@@ -23,10 +21,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation, Slerp
 
-from accuracy_table import evaluate, run
+from accuracy_table import evaluate, run, table_parser
 from freshness import newest_ns
 
-ROOT = Path(__file__).resolve().parent.parent
 STD_M = 0.3
 STD_RAD = np.radians(1.0)
 CORRELATION_M = 40.0  # of the slow disturbance: standard deviation of its Gaussian kernel
@@ -182,20 +179,15 @@ def markdown(f: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog="Example:\n  tools/node_pose_table.py --drive demo/kitti_0039 "
+    parser = table_parser(
+        __doc__,
+        "Example:\n  tools/node_pose_table.py --drive demo/kitti_0039 "
         "--cloud ../shared/data/kitti_0039/cloud.laz --seeds 1 2\n",
+        work="demo/node_poses",
     )
     parser.add_argument("--drive", type=Path, required=True, help="drive folder with ground truth")
     parser.add_argument("--cloud", type=Path, required=True, help="point cloud with intensities")
     parser.add_argument("--seeds", type=int, nargs="+", default=[1], help="of the disturbance")
-    parser.add_argument("--work", type=Path, default=Path("demo/node_poses"), help="for files")
-    parser.add_argument(
-        "--bins", type=Path, default=Path(os.environ.get("TOPOLOC_BIN", ROOT / "build/release/bin"))
-    )
-    parser.add_argument("--json", type=Path, help="also write all figures here")
     args = parser.parse_args()
     table = Table(args.drive, args.cloud, args.work, args.bins)
     rows: list[dict[str, Any]] = []

@@ -22,6 +22,8 @@ import numpy.typing as npt
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
+from topoloc_import.trajectory import mercator_trajectory
+
 Array = npt.NDArray[np.float64]
 GRAVITY_MPS2 = 9.81
 STRETCH_M = 20.0
@@ -34,17 +36,13 @@ def read_drive(path: Path) -> dict[str, Array]:
     return {name: table[name] for name in table.dtype.names or ()}
 
 
-def attitude_of(rows: dict[str, Array]) -> Rotation:
-    return Rotation.from_euler(
-        "ZYX", np.column_stack([rows["yaw_rad"], rows["pitch_rad"], rows["roll_rad"]])
-    )
-
-
 def changes(rows: dict[str, Array]) -> tuple[Array, Array, Array, Array, Array]:
     """Times, interval lengths, body rates and specific force that the poses imply per interval."""
     time_s = (rows["timestamp_ns"] - rows["timestamp_ns"][0]) * 1e-9
     dt_s = np.diff(time_s)
-    attitude = attitude_of(rows)
+    attitude = Rotation.from_euler(
+        "ZYX", np.column_stack([rows["yaw_rad"], rows["pitch_rad"], rows["roll_rad"]])
+    )
     rates = (attitude[:-1].inv() * attitude[1:]).as_rotvec() / dt_s[:, None]
     c, s = np.cos(rows["yaw_rad"]), np.sin(rows["yaw_rad"])
     # vf and vl are level; vl counts to the right in these files (docs/calibration.md).
@@ -78,17 +76,12 @@ def best_shift(
 def way_spread(rows: dict[str, Array]) -> tuple[float, float, float]:
     """Robust standard deviation over stretches, around the drive's own median, of the way by
     position against the way by speed and attitude: sideways, up and along, as shares of the way."""
-    scale = np.cos(np.radians(rows["lat_deg"][0])) * 6378137.0
-    position = np.column_stack(
-        [
-            scale * np.radians(rows["lon_deg"]),
-            scale * np.log(np.tan(np.pi / 4 + np.radians(rows["lat_deg"]) / 2)),
-            rows["alt_m"],
-        ]
-    )
-    attitude = attitude_of(rows)
+    place = np.column_stack([rows["lat_deg"], rows["lon_deg"], rows["alt_m"]])
+    angles = np.column_stack([rows["roll_rad"], rows["pitch_rad"], rows["yaw_rad"]])
+    driven = mercator_trajectory(rows["timestamp_ns"].astype(np.int64), place, angles)
+    attitude = Rotation.from_matrix(driven.rotation)
     half = Rotation.from_rotvec(0.5 * (attitude[:-1].inv() * attitude[1:]).as_rotvec())
-    steps = (attitude[:-1] * half).inv().apply(np.diff(position, axis=0))
+    steps = (attitude[:-1] * half).inv().apply(np.diff(driven.position_m, axis=0))
     speed = 0.5 * (rows["vf_mps"][1:] + rows["vf_mps"][:-1])
     lengths = speed * np.diff(rows["timestamp_ns"]) * 1e-9
     number = (np.cumsum(lengths) / STRETCH_M).astype(int)

@@ -13,10 +13,8 @@ about the nodes of the map, or why it was refused. Maps and registrations are ke
 
 from __future__ import annotations
 
-import argparse
 import csv
 import json
-import os
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
@@ -25,7 +23,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from node_pose_table import ROOT, Floats, Table, Truth
+from accuracy_table import table_parser
+from node_pose_table import Floats, Table, Truth
 
 ROUTES = ("matches", "correlation", "auto")
 HEADER = (
@@ -90,7 +89,7 @@ def build(table: Table, refine: str, *prior: str | Path) -> dict[str, Any]:
         )
         if done.returncode != 0:
             complaint = done.stderr.strip().splitlines()[-1].removeprefix("topoloc-map: ")
-            if not tried.exists():
+            if not complaint.startswith("refinement: "):
                 raise SystemExit(f"{' '.join(map(str, command))}\nfailed: {complaint}")
             refused.write_text(complaint)
     result: dict[str, Any] = {"registrations": registrations(table.truth, tried)}
@@ -126,12 +125,12 @@ def markdown(drive: str, refine: str, result: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog="Example:\n  tools/registration_table.py \\\n"
+    parser = table_parser(
+        __doc__,
+        "Example:\n  tools/registration_table.py \\\n"
         "      --drive demo/kitti_0039 --cloud ../shared/data/kitti_0039/cloud.laz \\\n"
         "      --drive demo/kitti_0009 --cloud demo/kitti_0009/cloud.ply\n",
+        work="demo/registrations",
     )
     parser.add_argument(
         "--drive", type=Path, action="append", required=True, help="drive with ground truth"
@@ -144,11 +143,6 @@ def main() -> None:
     )
     parser.add_argument("--seed", type=int, default=1, help="of the disturbance [1]")
     parser.add_argument("--refine", nargs="+", choices=ROUTES, default=ROUTES, help="[all]")
-    parser.add_argument("--work", type=Path, default=Path("demo/registrations"), help="for files")
-    parser.add_argument(
-        "--bins", type=Path, default=Path(os.environ.get("TOPOLOC_BIN", ROOT / "build/release/bin"))
-    )
-    parser.add_argument("--json", type=Path, help="also write all figures here")
     args = parser.parse_args()
     if len(args.drive) != len(args.cloud):
         parser.error("each --drive needs its --cloud")

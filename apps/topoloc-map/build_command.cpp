@@ -176,10 +176,7 @@ BuildReport build_refined(const Options& options, const BuildProgress& progress)
   } else {
     knowledge.initial_pose = topoloc::apps::parse_initial_pose(options.initial_pose);
   }
-  const std::map<std::string, Routes> routes{{"auto", Routes::kAuto},
-                                             {"correlation", Routes::kCorrelation},
-                                             {"matches", Routes::kMatches}};
-  config.routes = routes.at(options.refine);
+  config.routes = topoloc::refinement::parse_routes(options.refine);
   std::unique_ptr<topoloc::matching::ImagePairMatcher> matcher;
   if (config.routes != Routes::kCorrelation) {
     matcher = pair_matcher(options, drive.vehicle.matching);

@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "overlay_image.hpp"
 
+#include "topoloc/evaluation/median.hpp"
+
 #include "drawing.hpp"
 #include "lidar_edges.hpp"
 
@@ -54,14 +56,9 @@ cv::Mat stretched(const cv::Mat& filled) {
   if (values.empty()) {
     return cv::Mat::zeros(filled.size(), CV_8U);
   }
-  const auto quantile = [&values](double share) {
-    const auto at = values.begin() +
-                    static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-    std::nth_element(values.begin(), at, values.end());
-    return static_cast<double>(*at);
-  };
-  const double low = quantile(kShare);
-  const double scale = 254.0 / std::max(quantile(1.0 - kShare) - low, 1.0);
+  const double low = evaluation::quantile(values, kShare);
+  const double high = evaluation::quantile(values, 1.0 - kShare);
+  const double scale = 254.0 / std::max(high - low, 1.0);
   cv::Mat out;
   filled.convertTo(out, CV_8U, scale, 1.0 - scale * low);
   cv::medianBlur(out, out, 3);

@@ -2,8 +2,12 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "mapping/intensity_image.hpp"
 
+#include "topoloc/evaluation/median.hpp"
+
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 namespace topoloc::mapping {
 namespace {
@@ -19,13 +23,7 @@ float bright_intensity(const RenderedView& view) {
       visible.push_back(view.intensity[i]);
     }
   }
-  if (visible.empty()) {
-    return 0.0F;
-  }
-  const auto at = visible.begin() + static_cast<std::ptrdiff_t>(
-                                        kBrightShare * static_cast<double>(visible.size() - 1));
-  std::nth_element(visible.begin(), at, visible.end());
-  return *at;
+  return evaluation::quantile(std::move(visible), kBrightShare);
 }
 
 }  // namespace

@@ -2,25 +2,15 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "refinement/matcher_image.hpp"
 
+#include "topoloc/evaluation/median.hpp"
+
 #include "refinement/smooth_intensity.hpp"
 
-#include <algorithm>
 #include <vector>
 
 #include <opencv2/imgproc.hpp>
 
 namespace topoloc::refinement {
-namespace {
-
-/// Value that the given share of `values` does not reach.
-float quantile(std::vector<float>& values, double share) {
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
-}  // namespace
 
 matching::MaskedImage matcher_image(const mapping::RenderedView& view) {
   constexpr double kSmoothing_px = 1.2;
@@ -40,8 +30,8 @@ matching::MaskedImage matcher_image(const mapping::RenderedView& view) {
       }
     }
   }
-  const double dark = known.empty() ? 0.0 : quantile(known, kClipped);
-  const double bright = known.empty() ? 0.0 : quantile(known, 1.0 - kClipped);
+  const double dark = evaluation::quantile(known, kClipped);
+  const double bright = evaluation::quantile(known, 1.0 - kClipped);
   const double scale = bright > dark ? 255.0 / (bright - dark) : 0.0;
   root.convertTo(result.grey, CV_8U, scale, -scale * dark);  // saturates
   result.grey.setTo(kUnknown_grey, result.mask == 0);

@@ -28,6 +28,7 @@ namespace {
 
 /// What is known of a keyframe's image, as long as a window or a track needs it.
 struct Look {
+  cv::Mat raw;    // of views that are to be matched
   cv::Mat image;  // undistorted
   std::vector<SurfacePoint> points;
   ViewCorrelation correlation;
@@ -39,6 +40,11 @@ PinholeCamera scaled(const PinholeCamera& camera, double scale) {
   return resized(camera, {static_cast<int>(std::lround(camera.width_px * scale)),
                           static_cast<int>(std::lround(camera.height_px * scale))});
 }
+
+constexpr std::array<std::pair<Routes, const char*>, 3> kRouteNames{
+    {{Routes::kCorrelation, "correlation"},
+     {Routes::kMatches, "matches"},
+     {Routes::kAuto, "auto"}}};
 
 /// Seconds since it was made.
 class StopWatch {
@@ -85,8 +91,8 @@ class Run {
     for (pass_ = 1; pass_ < passes; ++pass_) {
       fine_pass([&](std::size_t done) { report(pass_, done); });
     }
-    return judge({keyframes_, poses_, graph_, windows_tried_, windows_registered_, focal_length(),
-                  T_imu_cam_, camera_},
+    return judge({keyframes_, poses_, graph_, stretches_tried_, stretches_registered_,
+                  focal_length(), T_imu_cam_, camera_},
                  config_);
   }
 
@@ -176,7 +182,7 @@ class Run {
   template <typename Work>
   void by_stretches(const Work& work) {
     looks_.assign(keyframes_.size(), {});
-    windows_tried_ = windows_registered_ = 0;
+    stretches_tried_ = stretches_registered_ = 0;
     const std::size_t stretch = config_.window.stride * config_.window.view_every;
     for (std::size_t begin = 0; begin < keyframes_.size(); begin += stretch) {
       const std::size_t end = std::min(keyframes_.size(), begin + stretch);
@@ -205,19 +211,20 @@ class Run {
     find_ground(begin, end);
   }
 
-  /// The keyframe's raw image; empty if it cannot be read.
-  cv::Mat raw_image(std::size_t keyframe) {
-    const std::lock_guard lock(frames_mutex_);
-    return frames_.grey(keyframes_[keyframe].frame);
-  }
-
   Look look(std::size_t keyframe, int shrink) {
-    const cv::Mat raw = raw_image(keyframe);
+    cv::Mat raw;
+    {
+      const std::lock_guard lock(frames_mutex_);
+      raw = frames_.grey(keyframes_[keyframe].frame);
+    }
     Look look;
     if (raw.empty()) {
       return look;  // counted by the log
     }
     undistorter_.undistort(raw, look.image);
+    if (is_view(keyframe) && match_route_) {
+      look.raw = raw;
+    }
     const RigidTransform T_world_cam = poses_[keyframe] * T_imu_cam_;
     mapping::RenderedView view = mapping::render(grid_, camera_, T_world_cam, config_.render);
     look.points =
@@ -299,7 +306,7 @@ class Run {
     record(middle, found, seconds + watch.seconds());
     const bool is_last_pass = pass_ == config_.window.fine_passes;
     if (is_last_pass && found.significance > kNotChance &&
-        windows_tried_ % config_.window.focal_sweep_every == 0) {
+        stretches_tried_ % config_.window.focal_sweep_every == 0) {
       const FocalSweep sweep =
           sweep_focal_length(views, poses_[middle], found.T_world_imu, T_imu_cam_, camera_, search);
       FocalSweep& sum = focal_sweep_ ? *focal_sweep_ : focal_sweep_.emplace();
@@ -322,7 +329,7 @@ class Run {
     std::vector<Prepared> prepared(views.size());
     parallel_for(views.size(), config_.threads, [&](std::size_t i) {
       const StopWatch watch;
-      prepared[i].pair = match_route_->prepare(raw_image(views[i]), poses_[views[i]]);
+      prepared[i].pair = match_route_->prepare(looks_[views[i]].raw, poses_[views[i]]);
       prepared[i].seconds = watch.seconds();
     });
     for (std::size_t i = 0; i < views.size(); ++i) {
@@ -355,7 +362,7 @@ class Run {
     if (attempts.empty()) {
       return;
     }
-    ++windows_tried_;
+    ++stretches_tried_;
     std::vector<RegistrationAttempt*> candidates;
     std::vector<Registration> registrations;
     for (RegistrationAttempt& attempt : attempts) {
@@ -368,7 +375,7 @@ class Run {
       candidates[i]->accepted = true;
       graph_.registrations.push_back(registrations[i]);
     }
-    windows_registered_ += registrations.empty() ? 0 : 1;
+    stretches_registered_ += registrations.empty() ? 0 : 1;
   }
 
   /// Solves for poses [first, end), earlier ones fixed, later ones not there yet.
@@ -394,8 +401,8 @@ class Run {
   std::vector<Keyframe> keyframes_;
   std::vector<RigidTransform> poses_;  // T_world_imu of the keyframes
   std::vector<Look> looks_;
-  std::size_t windows_tried_ = 0;
-  std::size_t windows_registered_ = 0;
+  std::size_t stretches_tried_ = 0;
+  std::size_t stretches_registered_ = 0;
   std::optional<FocalSweep> focal_sweep_;  // sum over windows
   PoseGraph graph_;
   std::optional<MatchRoute> match_route_;
@@ -405,6 +412,15 @@ class Run {
 };
 
 }  // namespace
+
+Routes parse_routes(const std::string& text) {
+  for (const auto& [routes, name] : kRouteNames) {
+    if (text == name) {
+      return routes;
+    }
+  }
+  throw std::invalid_argument("refinement: unknown routes \"" + text + "\"");
+}
 
 TrajectoryRefiner::TrajectoryRefiner(const drive::Drive& drive, PoseKnowledge knowledge,
                                      RefinementConfig config,
@@ -422,15 +438,9 @@ TrajectoryRefiner::TrajectoryRefiner(const drive::Drive& drive, PoseKnowledge kn
 }
 
 std::string TrajectoryRefiner::name() const {
-  switch (config_.routes) {
-    case Routes::kAuto:
-      return "auto";
-    case Routes::kCorrelation:
-      return "correlation";
-    case Routes::kMatches:
-      return "matches";
-  }
-  return "";
+  const auto* const named = std::find_if(kRouteNames.begin(), kRouteNames.end(),
+                                         [&](const auto& n) { return n.first == config_.routes; });
+  return named->second;
 }
 
 std::vector<mapping::RefinedPose> TrajectoryRefiner::refine(const mapping::CloudGrid& grid,

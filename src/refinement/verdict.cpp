@@ -69,21 +69,21 @@ bool contradicts(const Registration& registration, const Vector6& off,
 /// The cloud and the drive as a whole.
 void check_drive(const SolvedDrive& drive, const TrackResiduals& residuals,
                  const RefinementConfig& config) {
-  if (drive.windows_tried == 0) {
+  if (drive.stretches_tried == 0) {
     throw std::runtime_error(
         fmt::format("refinement: the drive is too short: {} frames at least a keyframe's way apart "
                     "have a pose to start from, half a window of views is needed",
                     drive.keyframes.size()));
   }
-  const std::size_t found = drive.windows_registered;
+  const std::size_t found = drive.stretches_registered;
   if (static_cast<double>(found) <
-      config.min_registered_share * static_cast<double>(drive.windows_tried)) {
+      config.min_registered_share * static_cast<double>(drive.stretches_tried)) {
     throw std::runtime_error(fmt::format(
         "refinement: camera images and cloud do not agree: of {} stretches of the drive only {} "
         "could be registered. Is the cloud of this place, in the frame of the poses given (not "
         "mirrored), with usable intensities? Are the camera's calibration, its extrinsics and its "
         "time offset right?",
-        drive.windows_tried, found));
+        drive.stretches_tried, found));
   }
   if (drive.focal_length.gain > config.max_focal_gain) {
     throw std::runtime_error(
@@ -127,15 +127,15 @@ std::vector<mapping::RefinedPose> judge(const SolvedDrive& drive, const Refineme
         nearest = &registration;
       }
     }
-    const Vector6 off = nearest == nullptr
-                            ? Vector6(Vector6::Zero())
-                            : motion_between(nearest->T_world_imu, drive.poses[nearest->keyframe]);
     const double std_rad = std::sqrt(pose.covariance.diagonal().head<3>().maxCoeff());
     const double std_m = std::sqrt(pose.covariance.diagonal().tail<3>().maxCoeff());
     pose.figures = {{"pose_std_m", std_m},
                     {"pose_std_deg", std_rad * 180.0 / std::numbers::pi},
                     {"registration_away_m", away_m}};
+    bool contradicted = false;
     if (nearest != nullptr) {
+      const Vector6 off = motion_between(nearest->T_world_imu, drive.poses[nearest->keyframe]);
+      contradicted = contradicts(*nearest, off, config);
       pose.figures["registration_significance"] = nearest->significance;
       pose.figures["registration_residual_m"] = off.tail<3>().norm();
     }
@@ -149,7 +149,7 @@ std::vector<mapping::RefinedPose> judge(const SolvedDrive& drive, const Refineme
       pose.rejected = mapping::NodeReject::kPoseUnsupported;
     } else if (std_m > config.max_std_m || std_rad > config.max_std_rad) {
       pose.rejected = mapping::NodeReject::kPoseUncertain;
-    } else if (nearest != nullptr && contradicts(*nearest, off, config)) {
+    } else if (contradicted) {
       pose.rejected = mapping::NodeReject::kPoseContradicted;
     }
     result.push_back(std::move(pose));

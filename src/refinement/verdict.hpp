@@ -17,9 +17,9 @@ struct SolvedDrive {
   const std::vector<Keyframe>& keyframes;
   const std::vector<RigidTransform>& poses;
   const PoseGraph& graph;
-  std::size_t windows_tried;
-  std::size_t windows_registered;  ///< with a registration in the graph
-  BestFocalLength focal_length;    ///< for all windows together
+  std::size_t stretches_tried;
+  std::size_t stretches_registered;  ///< with a registration in the graph
+  BestFocalLength focal_length;      ///< for all windows together
   const RigidTransform& T_imu_cam;
   const PinholeCamera& camera;
 };

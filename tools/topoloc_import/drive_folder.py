@@ -147,9 +147,8 @@ def write_calibration(
 
 def write_imu_noise(folder: Path, noise: ImuNoise, rate_hz: float) -> None:
     """imu.yaml in Kalibr's layout."""
-    comment = "\n".join(f"# {line}" for line in noise.comment.splitlines())
     (folder / "imu.yaml").write_text(
-        f"""{comment}
+        f"""{_comment(noise.comment)}
 accelerometer_noise_density: {decimal(noise.accel_noise_density)}  # m/s^2/sqrt(Hz)
 accelerometer_random_walk: {decimal(noise.accel_random_walk)}  # m/s^3/sqrt(Hz)
 gyroscope_noise_density: {decimal(noise.gyro_noise_density)}  # rad/s/sqrt(Hz)
@@ -169,7 +168,7 @@ def write_vehicle(folder: Path, name: str, mounting: Mounting, bias: BiasStd | N
     """vehicle.yaml: what this car must state; everything else keeps its default."""
     bias_text = ""
     if bias:
-        bias_text = f"""{_comment(bias.comment)}
+        bias_text = f"""{_comment(bias.comment, indent=2)}
   gyro_bias_std_radps: {decimal(bias.gyro_radps)}
   accel_bias_std_mps2: {decimal(bias.accel_mps2)}
 """
@@ -196,7 +195,7 @@ camera:
 imu:
   calibration: imu.yaml
 {bias_text}vehicle:
-{_comment(mounting.comment)}
+{_comment(mounting.comment, indent=2)}
   rotation_vehicle_imu_rpy_rad: {_numbers(mounting.rotation_vehicle_imu_rpy_rad)}
   wheel_reference_imu_m: {_numbers(mounting.wheel_reference_imu_m)}
   wheel_scale: 1.0
@@ -205,8 +204,8 @@ imu:
     )
 
 
-def _comment(text: str) -> str:
-    return "\n".join(f"  # {line}" for line in text.splitlines())
+def _comment(text: str, indent: int = 0) -> str:
+    return "\n".join(f"{' ' * indent}# {line}" for line in text.splitlines())
 
 
 def _numbers(values: Sequence[float] | Matrix) -> str:

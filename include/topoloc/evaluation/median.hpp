@@ -19,4 +19,16 @@ T median(std::vector<T> values) {
   return *middle;
 }
 
+/// Value of values in any order that the given share of them (0 to 1) does not exceed; 0 of none.
+template <typename T>
+T quantile(std::vector<T> values, double share) {
+  if (values.empty()) {
+    return T{};
+  }
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
 }  // namespace topoloc::evaluation

@@ -42,8 +42,11 @@ struct WindowConfig {
 enum class Routes {
   kCorrelation,  ///< windows of views by the agreement of gradients
   kMatches,      ///< single views by matches
-  kAuto,         ///< both; where they contradict each other, the surer
+  kAuto,         ///< both; where they contradict each other, the window
 };
+
+/// "correlation", "matches" or "auto"; std::invalid_argument otherwise.
+Routes parse_routes(const std::string& text);
 
 struct RefinementConfig {
   Routes routes = Routes::kCorrelation;

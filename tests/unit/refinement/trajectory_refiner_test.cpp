@@ -107,6 +107,10 @@ TEST_F(TrajectoryRefinerTest, NamesItsRoutes) {
   EXPECT_EQ(name(Routes::kAuto), "auto");
   EXPECT_EQ(name(Routes::kCorrelation), "correlation");
   EXPECT_EQ(name(Routes::kMatches), "matches");
+  for (const Routes routes : {Routes::kAuto, Routes::kCorrelation, Routes::kMatches}) {
+    EXPECT_EQ(parse_routes(name(routes)), routes);
+  }
+  EXPECT_THROW(parse_routes("none"), std::invalid_argument);
 }
 
 TEST_F(TrajectoryRefinerTest, TakesAKeyframeAMetre) {

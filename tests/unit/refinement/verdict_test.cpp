@@ -41,7 +41,7 @@ class Verdict : public ::testing::Test {
   [[nodiscard]] std::vector<mapping::RefinedPose> judged() const {
     const PinholeCamera camera = TexturedStreet::camera();
     const RigidTransform T_imu_cam = TexturedStreet::T_imu_cam();
-    return judge({keyframes_, drive_.truth, graph_, windows_tried_, graph_.registrations.size(),
+    return judge({keyframes_, drive_.truth, graph_, stretches_tried_, graph_.registrations.size(),
                   focal_length_, T_imu_cam, camera},
                  {});
   }
@@ -58,13 +58,13 @@ class Verdict : public ::testing::Test {
   void forget_registrations_after(std::size_t keyframe) {
     std::erase_if(graph_.registrations,
                   [&](const Registration& r) { return r.keyframe > keyframe; });
-    windows_tried_ = graph_.registrations.size();
+    stretches_tried_ = graph_.registrations.size();
   }
 
   GraphDrive drive_{kKeyframes};
   std::vector<Keyframe> keyframes_;
   PoseGraph graph_;
-  std::size_t windows_tried_ = 6;
+  std::size_t stretches_tried_ = 6;
   BestFocalLength focal_length_;
 };
 
@@ -144,17 +144,17 @@ TEST_F(Verdict, AllowsToARegistrationWhatItIsUncertainBy) {
 }
 
 TEST_F(Verdict, RefusesADriveOfWhichTooLittleWasRegistered) {
-  windows_tried_ = 16;  // 6 of them: under 40 %
+  stretches_tried_ = 16;  // 6 of them: under 40 %
   EXPECT_THAT(complaint(), AllOf(HasSubstr("of 16 stretches"), HasSubstr("only 6"),
                                  HasSubstr("cloud of this place"), HasSubstr("intensities"),
                                  HasSubstr("calibration"), HasSubstr("time offset")));
-  windows_tried_ = 15;
+  stretches_tried_ = 15;
   EXPECT_NO_THROW((void)judged());
 }
 
 TEST_F(Verdict, RefusesADriveTooShortForAnyWindow) {
   graph_.registrations.clear();
-  windows_tried_ = 0;
+  stretches_tried_ = 0;
   EXPECT_THAT(complaint(), AllOf(HasSubstr("too short"), HasSubstr("41 frames")));
 }
 
