@@ -27,6 +27,20 @@ double tilt_std_at(const DeadReckoning& odometry, std::int64_t time_ns) {
   return odometry.tilt_std_rad[static_cast<std::size_t>(after - odometry.filtered.begin()) - 1];
 }
 
+void choose_views(std::vector<Keyframe>& keyframes, const RefinementConfig& config) {
+  const double least_m = config.window.view_m - 0.5 * config.keyframe_m;
+  double since_m = least_m;  // the first one is a view
+  for (std::size_t k = 0; k < keyframes.size(); ++k) {
+    if (k > 0) {
+      since_m += (keyframes[k].T_odometry.p - keyframes[k - 1].T_odometry.p).norm();
+    }
+    if (since_m >= least_m) {
+      keyframes[k].is_view = true;
+      since_m = 0.0;
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<Keyframe> choose_keyframes(const drive::Drive& drive, const PoseKnowledge& knowledge,
@@ -61,6 +75,7 @@ std::vector<Keyframe> choose_keyframes(const drive::Drive& drive, const PoseKnow
         drive.dir.string() +
         ": no camera frame has both odometry (can.log) and a pose to start from");
   }
+  choose_views(keyframes, config);
   return keyframes;
 }
 

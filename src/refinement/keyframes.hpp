@@ -21,9 +21,11 @@ struct Keyframe {
       Eigen::Vector3d::UnitZ();  ///< the world's z axis in the vehicle's axes, by inertia
   double up_std_rad = 0.0;
   std::optional<RigidTransform> T_prior;  ///< as the trajectory given has it
+  bool is_view = false;                   ///< its image is compared with the cloud
 };
 
-/// Dead-reckons the drive and takes a frame every `keyframe_m`. Throws std::runtime_error where no
+/// Dead-reckons the drive and takes a frame every `keyframe_m`, as a view the one that comes
+/// closest to `window.view_m` behind the last. Throws std::runtime_error where no
 /// frame has odometry and, if a trajectory is given, a pose in it.
 std::vector<Keyframe> choose_keyframes(const drive::Drive& drive, const PoseKnowledge& knowledge,
                                        const drive::FrameLog& frames,

@@ -10,12 +10,12 @@
 #include "refinement/match_route.hpp"
 #include "refinement/parallel_for.hpp"
 #include "refinement/verdict.hpp"
+#include "refinement/window_route.hpp"
 
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <functional>
 #include <iterator>
 #include <mutex>
 #include <optional>
@@ -39,6 +39,14 @@ struct Look {
 PinholeCamera scaled(const PinholeCamera& camera, double scale) {
   return resized(camera, {static_cast<int>(std::lround(camera.width_px * scale)),
                           static_cast<int>(std::lround(camera.height_px * scale))});
+}
+
+double mean_spacing_m(const std::vector<Keyframe>& keyframes) {
+  double way_m = 0.0;
+  for (std::size_t k = 1; k < keyframes.size(); ++k) {
+    way_m += (keyframes[k].T_odometry.p - keyframes[k - 1].T_odometry.p).norm();
+  }
+  return way_m / static_cast<double>(std::max<std::size_t>(1, keyframes.size() - 1));
 }
 
 constexpr std::array<std::pair<Routes, const char*>, 3> kRouteNames{
@@ -72,6 +80,8 @@ class Run {
         undistorter_(drive.vehicle.camera.kalibr.calibration, camera_),
         mask_(undistorter_.mask(drive::read_mask(drive.vehicle.camera), kMaskMargin_px)),
         keyframes_(choose_keyframes(drive, knowledge, frames, config)),
+        spacing_m_(mean_spacing_m(keyframes_)),
+        window_route_(grid, camera_, T_imu_cam_, mask_, config),
         attempts_(attempts) {
     if (config.routes != Routes::kCorrelation) {
       match_route_.emplace(drive, grid, *matcher, config);
@@ -92,7 +102,7 @@ class Run {
       fine_pass([&](std::size_t done) { report(pass_, done); });
     }
     return judge({keyframes_, poses_, graph_, stretches_tried_, stretches_registered_,
-                  focal_length(), T_imu_cam_, camera_},
+                  window_route_.focal_length(), T_imu_cam_, camera_},
                  config_);
   }
 
@@ -101,21 +111,18 @@ class Run {
   /// Of windows whose focal length is looked at: a wrong one makes all of them less significant.
   static constexpr double kNotChance = 4.0;
 
-  [[nodiscard]] BestFocalLength focal_length() const {
-    return focal_sweep_ ? best_focal_length(*focal_sweep_) : BestFocalLength{};
-  }
-
   /// What odometry and the trajectory or initial pose say, and first poses from it.
   void start() {
     graph_.rate_error_std_radps = drive_.vehicle.estimator.initial.gyro_bias_radps;
     graph_.force_error_std_mps2 = drive_.vehicle.estimator.initial.accel_bias_mps2;
+    const double shared = sharing(config_.error_correlation_m);
     Vector6 prior_std;
     prior_std << Eigen::Vector3d::Constant(config_.prior_std_rad),
         Eigen::Vector3d::Constant(config_.prior_std_m);
     for (std::size_t k = 0; k < keyframes_.size(); ++k) {
       const Keyframe& keyframe = keyframes_[k];
       poses_.push_back(keyframe.T_prior.value_or(keyframe.T_odometry));
-      graph_.gravity.push_back({k, keyframe.up_imu, sharing() * keyframe.up_std_rad});
+      graph_.gravity.push_back({k, keyframe.up_imu, shared * keyframe.up_std_rad});
       if (k > 0) {
         const double seconds = evaluation::kSecondsPerNs *
                                static_cast<double>(keyframe.time_ns - keyframes_[k - 1].time_ns);
@@ -123,7 +130,7 @@ class Run {
             {k - 1, k, step(k), seconds, motion_std(step(k), seconds, config_.odometry)});
       }
       if (keyframe.T_prior) {
-        graph_.priors.push_back({k, *keyframe.T_prior, sharing() * prior_std});
+        graph_.priors.push_back({k, *keyframe.T_prior, shared * prior_std});
       }
     }
     if (graph_.priors.empty()) {
@@ -135,9 +142,9 @@ class Run {
     }
   }
 
-  /// Neighbouring keyframes share what errors they have: together they count as one.
-  [[nodiscard]] double sharing() const {
-    return std::sqrt(std::max(1.0, config_.error_correlation_m / config_.keyframe_m));
+  /// By what a keyframe's deviation grows so that all that share an error count as one together.
+  [[nodiscard]] double sharing(double correlation_m) const {
+    return std::sqrt(std::max(1.0, correlation_m / std::max(config_.keyframe_m, spacing_m_)));
   }
 
   /// Motion from the keyframe before.
@@ -183,9 +190,8 @@ class Run {
   void by_stretches(const Work& work) {
     looks_.assign(keyframes_.size(), {});
     stretches_tried_ = stretches_registered_ = 0;
-    const std::size_t stretch = config_.window.stride * config_.window.view_every;
-    for (std::size_t begin = 0; begin < keyframes_.size(); begin += stretch) {
-      const std::size_t end = std::min(keyframes_.size(), begin + stretch);
+    for (std::size_t begin = 0, end = 0; begin < keyframes_.size(); begin = end) {
+      end = end_of_stretch(begin);
       work(begin, end);
       // What no later window or track needs is forgotten.
       const std::size_t kept = std::max(window_keyframes(), kTrackBack.back());
@@ -195,12 +201,22 @@ class Run {
     }
   }
 
-  [[nodiscard]] std::size_t window_keyframes() const {
-    return config_.window.views * config_.window.view_every;
+  /// The next `stride` views and the keyframes after them.
+  [[nodiscard]] std::size_t end_of_stretch(std::size_t begin) const {
+    std::size_t views = 0;
+    for (std::size_t k = begin; k < keyframes_.size(); ++k) {
+      views += keyframes_[k].is_view ? 1 : 0;
+      if (views > config_.window.stride) {
+        return k;
+      }
+    }
+    return keyframes_.size();
   }
 
-  [[nodiscard]] bool is_view(std::size_t keyframe) const {
-    return keyframe % config_.window.view_every == 0;
+  /// No window reaches further back.
+  [[nodiscard]] std::size_t window_keyframes() const {
+    const double a_view = std::ceil(config_.window.view_m / config_.keyframe_m);
+    return config_.window.views * static_cast<std::size_t>(a_view);
   }
 
   /// Looks at keyframes [begin, end) from their poses: correlation, tracks into them, ground.
@@ -222,19 +238,17 @@ class Run {
       return look;  // counted by the log
     }
     undistorter_.undistort(raw, look.image);
-    if (is_view(keyframe) && match_route_) {
+    const bool is_view = keyframes_[keyframe].is_view;
+    if (is_view && match_route_) {
       look.raw = raw;
     }
     const RigidTransform T_world_cam = poses_[keyframe] * T_imu_cam_;
     mapping::RenderedView view = mapping::render(grid_, camera_, T_world_cam, config_.render);
     look.points =
         find_surface_points(look.image, mask_, view, T_world_cam, config_.lift, config_.tracks);
-    if (is_view(keyframe) && config_.routes != Routes::kMatches) {
+    if (is_view && config_.routes != Routes::kMatches) {
       const StopWatch watch;
-      mapping::average_intensity(grid_, T_world_cam, config_.render, view);
-      look.correlation = correlate(camera_gradients(look.image, mask_, config_.gradients),
-                                   intensity_gradients(view, config_.gradients), view, T_world_cam,
-                                   shrink, config_.correlation);
+      look.correlation = window_route_.correlated(look.image, std::move(view), T_world_cam, shrink);
       look.correlation_seconds = watch.seconds();
     }
     return look;
@@ -262,9 +276,10 @@ class Run {
 
   /// The road below keyframes [begin, end).
   void find_ground(std::size_t begin, std::size_t end) {
+    const double std_m = sharing(config_.ground_correlation_m) * config_.ground_std_m;
     for (std::size_t k = begin; k < end; ++k) {
       if (const auto ground = ground_below(grid_, poses_[k].p)) {
-        graph_.ground.push_back({k, *ground, config_.ground_std_m});
+        graph_.ground.push_back({k, *ground, std_m});
       }
     }
   }
@@ -288,7 +303,7 @@ class Run {
     std::vector<WindowView> views;
     std::vector<std::size_t> members;
     for (std::size_t k = end; k-- > 0 && views.size() < config_.window.views;) {
-      if (is_view(k)) {
+      if (keyframes_[k].is_view) {
         views.push_back({&looks_[k].correlation, poses_[k]});
         members.push_back(k);
         seconds += k >= begin ? looks_[k].correlation_seconds : 0.0;
@@ -298,19 +313,14 @@ class Run {
       return;  // the drive has just begun
     }
     const std::size_t middle = members[members.size() / 2];
-    SearchConfig search = config_.search;
-    search.std *= search_share;
-    search.seed += middle;
-    search.threads = config_.threads;
-    const Registration found = register_window(views, poses_[middle], T_imu_cam_, camera_, search);
+    const Vector6 std = search_share * config_.search.std;
+    const Registration found =
+        window_route_.registered(views, poses_[middle], std, config_.search.seed + middle);
     record(middle, found, seconds + watch.seconds());
     const bool is_last_pass = pass_ == config_.window.fine_passes;
     if (is_last_pass && found.significance > kNotChance &&
         stretches_tried_ % config_.window.focal_sweep_every == 0) {
-      const FocalSweep sweep =
-          sweep_focal_length(views, poses_[middle], found.T_world_imu, T_imu_cam_, camera_, search);
-      FocalSweep& sum = focal_sweep_ ? *focal_sweep_ : focal_sweep_.emplace();
-      std::transform(sweep.begin(), sweep.end(), sum.begin(), sum.begin(), std::plus<>());
+      window_route_.weigh_focal_lengths(views, poses_[middle], found.T_world_imu, std);
     }
   }
 
@@ -318,7 +328,7 @@ class Run {
   void match_views(std::size_t begin, std::size_t end, double search_share) {
     std::vector<std::size_t> views;
     for (std::size_t k = begin; k < end; ++k) {
-      if (is_view(k) && !looks_[k].image.empty()) {
+      if (keyframes_[k].is_view && !looks_[k].image.empty()) {
         views.push_back(k);
       }
     }
@@ -399,12 +409,13 @@ class Run {
   matching::Undistorter undistorter_;
   cv::Mat mask_;
   std::vector<Keyframe> keyframes_;
+  double spacing_m_;                   // mean way from keyframe to keyframe
   std::vector<RigidTransform> poses_;  // T_world_imu of the keyframes
   std::vector<Look> looks_;
   std::size_t stretches_tried_ = 0;
   std::size_t stretches_registered_ = 0;
-  std::optional<FocalSweep> focal_sweep_;  // sum over windows
   PoseGraph graph_;
+  WindowRoute window_route_;
   std::optional<MatchRoute> match_route_;
   std::size_t fruitless_views_ = 0;  // in a row
   int pass_ = 0;

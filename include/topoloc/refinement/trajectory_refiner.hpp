@@ -29,11 +29,11 @@ namespace topoloc::refinement {
 
 /// Windows of views that are registered together.
 struct WindowConfig {
-  std::size_t view_every = 2;  ///< keyframes from one correlated view to the next
-  std::size_t views = 8;       ///< of a window
-  std::size_t stride = 4;      ///< views from one window to the next
-  int fine_passes = 2;         ///< over the whole drive at full resolution, after the first
-  double fine_share = 0.4;     ///< their search deviations, as share of the first's
+  double view_m = 2.0;      ///< way from one correlated view to the next, a keyframe at least
+  std::size_t views = 8;    ///< of a window
+  std::size_t stride = 4;   ///< views from one window to the next
+  int fine_passes = 2;      ///< over the whole drive at full resolution, after the first
+  double fine_share = 0.4;  ///< their search deviations, as share of the first's
   /// In the last pass, one window of so many tells whether another focal length fits better.
   std::size_t focal_sweep_every = 2;
 };
@@ -56,8 +56,10 @@ struct RefinementConfig {
   double prior_std_m = 0.3;   ///< of the trajectory or the initial pose, per axis
   double prior_std_rad = std::numbers::pi / 180.0;
   double ground_std_m = 0.06;  ///< of the height above the road: suspension, cloud
-  /// Way over which such errors stay the same: neighbouring poses count as one together.
+  /// Ways over which errors of trajectory and attitude, and of the height above the road, stay the
+  /// same: the keyframes on them count as one together.
   double error_correlation_m = 20.0;
+  double ground_correlation_m = 10.0;
   double min_significance = 5.5;  ///< of a registration; less may be chance
   /// The same of matches of a single view, which may agree on a wrong pose: of a spinning scanner's
   /// cloud some with 6 were 2 degrees off.

@@ -18,6 +18,7 @@
 namespace topoloc::refinement {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 /// A drive with an even image every 50 ms.
@@ -125,6 +126,22 @@ TEST_F(TrajectoryRefinerTest, TakesAKeyframeAMetre) {
     EXPECT_LT((chosen[k].T_odometry.p - TurningDrive::pose_at_s(t).p).norm(), 0.2);
   }
   EXPECT_FALSE(keyframes(with_initial_pose()).front().T_prior.has_value());
+}
+
+TEST_F(TrajectoryRefinerTest, TakesAViewEveryTwoMetresHoweverFarKeyframesAreApart) {
+  const auto views = [&](mapping::FrameParity frames) {
+    RefinementConfig config;
+    config.frames = frames;
+    std::vector<bool> result;
+    for (const Keyframe& keyframe : keyframes(with_trajectory(), config)) {
+      result.push_back(keyframe.is_view);
+    }
+    result.resize(5);
+    return result;
+  };
+  // 1.2 m and 1.6 m a keyframe.
+  EXPECT_THAT(views(mapping::FrameParity::kAll), ElementsAre(true, false, true, false, true));
+  EXPECT_THAT(views(mapping::FrameParity::kOdd), ElementsAre(true, true, true, true, true));
 }
 
 TEST_F(TrajectoryRefinerTest, TakesKeyframesOnlyOfTheFramesAsked) {
