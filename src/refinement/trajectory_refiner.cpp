@@ -92,17 +92,17 @@ class Run {
       fine_pass([&](std::size_t done) { report(pass_, done); });
     }
     return judge({keyframes_, poses_, graph_, stretches_tried_, stretches_registered_,
-                  focal_length(), T_imu_cam_, camera_},
+                  best_lens_of_all(), T_imu_cam_, camera_},
                  config_);
   }
 
  private:
   static constexpr int kMaskMargin_px = 2;
-  /// Of windows whose focal length is looked at: a wrong one makes all of them less significant.
+  /// Of windows whose lens is looked at: a wrong one makes all of them less significant.
   static constexpr double kNotChance = 4.0;
 
-  [[nodiscard]] BestFocalLength focal_length() const {
-    return focal_sweep_ ? best_focal_length(*focal_sweep_) : BestFocalLength{};
+  [[nodiscard]] BestLens best_lens_of_all() const {
+    return lens_sweep_ ? best_lens(*lens_sweep_) : BestLens{};
   }
 
   /// What odometry and the trajectory or initial pose say, and first poses from it.
@@ -307,9 +307,11 @@ class Run {
     const bool is_last_pass = pass_ == config_.window.fine_passes;
     if (is_last_pass && found.significance > kNotChance &&
         stretches_tried_ % config_.window.focal_sweep_every == 0) {
-      const FocalSweep sweep =
-          sweep_focal_length(views, poses_[middle], found.T_world_imu, T_imu_cam_, camera_, search);
-      FocalSweep& sum = focal_sweep_ ? *focal_sweep_ : focal_sweep_.emplace();
+      SearchConfig wide = search;  // a wrong lens puts poses far off
+      wide.std = config_.search.std;
+      const LensSweep sweep =
+          sweep_lens(views, poses_[middle], found.T_world_imu, T_imu_cam_, camera_, wide);
+      LensSweep& sum = lens_sweep_ ? *lens_sweep_ : lens_sweep_.emplace();
       std::transform(sweep.begin(), sweep.end(), sum.begin(), sum.begin(), std::plus<>());
     }
   }
@@ -403,7 +405,7 @@ class Run {
   std::vector<Look> looks_;
   std::size_t stretches_tried_ = 0;
   std::size_t stretches_registered_ = 0;
-  std::optional<FocalSweep> focal_sweep_;  // sum over windows
+  std::optional<LensSweep> lens_sweep_;  // sum over windows
   PoseGraph graph_;
   std::optional<MatchRoute> match_route_;
   std::size_t fruitless_views_ = 0;  // in a row
