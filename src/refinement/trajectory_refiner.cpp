@@ -6,6 +6,7 @@
 #include "topoloc/refinement/ground.hpp"
 
 #include "refinement/choice.hpp"
+#include "refinement/cloud_check.hpp"
 #include "refinement/keyframes.hpp"
 #include "refinement/match_route.hpp"
 #include "refinement/parallel_for.hpp"
@@ -88,7 +89,8 @@ class Run {
     };
     start();
     first_pass([&](std::size_t done) { report(0, done); });
-    for (pass_ = 1; pass_ < passes; ++pass_) {
+    // Without any registration the other passes would search less far from where this one did.
+    for (pass_ = 1; pass_ < passes && stretches_registered_ > 0; ++pass_) {
       fine_pass([&](std::size_t done) { report(pass_, done); });
     }
     return judge({keyframes_, poses_, graph_, stretches_tried_, stretches_registered_,
@@ -126,6 +128,7 @@ class Run {
         graph_.priors.push_back({k, *keyframe.T_prior, sharing() * prior_std});
       }
     }
+    check_cloud(grid_, camera_, T_imu_cam_, poses_, config_.render.max_depth_m);
     if (graph_.priors.empty()) {
       graph_.priors.push_back({0, poses_[0], prior_std});
     } else {
@@ -448,11 +451,6 @@ std::string TrajectoryRefiner::name() const {
 std::vector<mapping::RefinedPose> TrajectoryRefiner::refine(const mapping::CloudGrid& grid,
                                                             drive::FrameLog& frames,
                                                             const mapping::Progress& progress) {
-  if (!grid.cloud().has_intensity) {
-    throw std::runtime_error(
-        "refinement: the cloud has no intensities to compare the camera images with; give a "
-        "trajectory that fits the cloud and --refine none");
-  }
   attempts_.clear();
   return Run(drive_, knowledge_, config_, grid, frames, matcher_.get(), attempts_).run(progress);
 }

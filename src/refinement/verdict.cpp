@@ -80,10 +80,11 @@ void check_drive(const SolvedDrive& drive, const TrackResiduals& residuals,
       config.min_registered_share * static_cast<double>(drive.stretches_tried)) {
     throw std::runtime_error(fmt::format(
         "refinement: camera images and cloud do not agree: of {} stretches of the drive only {} "
-        "could be registered. Is the cloud of this place, in the frame of the poses given (not "
-        "mirrored), with usable intensities? Are the camera's calibration, its extrinsics and its "
-        "time offset right?",
-        drive.stretches_tried, found));
+        "could be registered; the cloud has a road below {} of {} keyframes. Is the cloud of this "
+        "place, in the frame of the poses given (not shifted, turned, mirrored or upside down), "
+        "with usable intensities? Are the camera's calibration, its extrinsics and its time offset "
+        "right, and its images not dark?",
+        drive.stretches_tried, found, drive.graph.ground.size(), drive.keyframes.size()));
   }
   if (drive.lens.gain > config.max_focal_gain) {
     const LensChange& change = drive.lens.change;
