@@ -5,6 +5,7 @@
 #include "topoloc/drive/drive.hpp"
 #include "topoloc/map/map_file.hpp"
 #include "topoloc/map/map_writer.hpp"
+#include "topoloc/mapping/cloud_cover.hpp"
 #include "topoloc/mapping/map_report.hpp"
 
 #include "mapping/build_journal.hpp"
@@ -17,7 +18,6 @@
 #include <chrono>
 #include <exception>
 #include <mutex>
-#include <sstream>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -27,15 +27,6 @@ namespace {
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-std::string box_text(const Eigen::AlignedBox3d& box) {
-  std::ostringstream text;
-  text.setf(std::ios::fixed);
-  text.precision(1);
-  text << "x " << box.min().x() << " to " << box.max().x() << ", y " << box.min().y() << " to "
-       << box.max().y() << ", z " << box.min().z() << " to " << box.max().z() << " m";
-  return text.str();
 }
 
 /// Fails before the work starts where it could only fail after it.
@@ -92,21 +83,16 @@ Selection plan_refined(const std::vector<RefinedPose>& poses, SelectionConfig co
 void check_cloud_is_here(const BuildPaths& paths, const BuildConfig& config,
                          const config::VehicleConfig& vehicle, const CloudGrid& grid,
                          const Selection& selection) {
-  Eigen::AlignedBox3d drive_box;
-  std::size_t blind = 0;
+  std::vector<RigidTransform> T_world_imu;
   for (const PlannedNode& node : selection.nodes) {
-    drive_box.extend(node.T_world_imu.p);
-    const auto cells = grid.cells_in_view(matching::matching_camera(vehicle.matching),
-                                          node.T_world_imu * vehicle.camera.kalibr.T_imu_cam,
-                                          config.render.max_depth_m);
-    blind += cells.empty() ? 1 : 0;
+    T_world_imu.push_back(node.T_world_imu);
   }
-  if (2 * blind <= selection.nodes.size()) {
-    return;
+  const CloudCover cover =
+      cloud_cover(grid, matching::matching_camera(vehicle.matching),
+                  vehicle.camera.kalibr.T_imu_cam, T_world_imu, config.render.max_depth_m);
+  if (cover.lies_elsewhere()) {
+    fail(paths.cloud, cover.complaint());
   }
-  fail(paths.cloud, "lies elsewhere than the drive: " + std::to_string(blind) + " of " +
-                        std::to_string(selection.nodes.size()) + " nodes see none of it. Cloud: " +
-                        box_text(grid.cloud().box_world) + "; drive: " + box_text(drive_box));
 }
 
 /// Makes all nodes that the journal does not hold yet, on all cores.

@@ -6,6 +6,7 @@
 #include "topoloc/refinement/ground.hpp"
 
 #include "refinement/choice.hpp"
+#include "refinement/cloud_check.hpp"
 #include "refinement/keyframes.hpp"
 #include "refinement/match_route.hpp"
 #include "refinement/parallel_for.hpp"
@@ -98,17 +99,18 @@ class Run {
     };
     start();
     first_pass([&](std::size_t done) { report(0, done); });
-    for (pass_ = 1; pass_ < passes; ++pass_) {
+    // Without any registration the other passes would search less far from where this one did.
+    for (pass_ = 1; pass_ < passes && stretches_registered_ > 0; ++pass_) {
       fine_pass([&](std::size_t done) { report(pass_, done); });
     }
     return judge({keyframes_, poses_, graph_, stretches_tried_, stretches_registered_,
-                  window_route_.focal_length(), T_imu_cam_, camera_},
+                  window_route_.lens(), T_imu_cam_, camera_},
                  config_);
   }
 
  private:
   static constexpr int kMaskMargin_px = 2;
-  /// Of windows whose focal length is looked at: a wrong one makes all of them less significant.
+  /// Of windows whose lens is looked at: a wrong one makes all of them less significant.
   static constexpr double kNotChance = 4.0;
 
   /// What odometry and the trajectory or initial pose say, and first poses from it.
@@ -133,6 +135,7 @@ class Run {
         graph_.priors.push_back({k, *keyframe.T_prior, shared * prior_std});
       }
     }
+    check_cloud(grid_, camera_, T_imu_cam_, poses_, config_.render.max_depth_m);
     if (graph_.priors.empty()) {
       graph_.priors.push_back({0, poses_[0], prior_std});
     } else {
@@ -293,7 +296,8 @@ class Run {
     if (match_route_ && !is_fruitless()) {
       match_views(begin, end, search_share);
     }
-    choose(std::span(attempts_).subspan(first_attempt));
+    choose(std::span(attempts_).subspan(first_attempt),
+           spacing_m_ * static_cast<double>(end - begin));
   }
 
   /// Registers the window of views that ends with keyframe end - 1 (route b).
@@ -319,8 +323,8 @@ class Run {
     record(middle, found, seconds + watch.seconds());
     const bool is_last_pass = pass_ == config_.window.fine_passes;
     if (is_last_pass && found.significance > kNotChance &&
-        stretches_tried_ % config_.window.focal_sweep_every == 0) {
-      window_route_.weigh_focal_lengths(views, poses_[middle], found.T_world_imu, std);
+        stretches_tried_ % config_.window.lens_sweep_every == 0) {
+      window_route_.try_lenses(views, poses_[middle], found.T_world_imu);
     }
   }
 
@@ -368,7 +372,7 @@ class Run {
   }
 
   /// Takes of a stretch's attempts into the graph what is significant and agrees.
-  void choose(std::span<RegistrationAttempt> attempts) {
+  void choose(std::span<RegistrationAttempt> attempts, double stretch_m) {
     if (attempts.empty()) {
       return;
     }
@@ -381,8 +385,15 @@ class Run {
         registrations.push_back(attempt.found);
       }
     }
-    for (const std::size_t i : agreeing_with_the_surest(registrations, poses_)) {
+    const std::vector<std::size_t> agreeing = agreeing_with_the_surest(registrations, poses_);
+    for (const std::size_t i : agreeing) {
       candidates[i]->accepted = true;
+      // Neighbours look at the same piece of the cloud and share its errors: they count as one.
+      const auto same_route = std::count_if(agreeing.begin(), agreeing.end(), [&](std::size_t k) {
+        return registrations[k].route == registrations[i].route;
+      });
+      registrations[i].covariance *=
+          static_cast<double>(same_route) * std::max(1.0, config_.error_correlation_m / stretch_m);
       graph_.registrations.push_back(registrations[i]);
     }
     stretches_registered_ += registrations.empty() ? 0 : 1;
@@ -457,11 +468,6 @@ std::string TrajectoryRefiner::name() const {
 std::vector<mapping::RefinedPose> TrajectoryRefiner::refine(const mapping::CloudGrid& grid,
                                                             drive::FrameLog& frames,
                                                             const mapping::Progress& progress) {
-  if (!grid.cloud().has_intensity) {
-    throw std::runtime_error(
-        "refinement: the cloud has no intensities to compare the camera images with; give a "
-        "trajectory that fits the cloud and --refine none");
-  }
   attempts_.clear();
   return Run(drive_, knowledge_, config_, grid, frames, matcher_.get(), attempts_).run(progress);
 }

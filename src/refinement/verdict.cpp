@@ -80,16 +80,21 @@ void check_drive(const SolvedDrive& drive, const TrackResiduals& residuals,
       config.min_registered_share * static_cast<double>(drive.stretches_tried)) {
     throw std::runtime_error(fmt::format(
         "refinement: camera images and cloud do not agree: of {} stretches of the drive only {} "
-        "could be registered. Is the cloud of this place, in the frame of the poses given (not "
-        "mirrored), with usable intensities? Are the camera's calibration, its extrinsics and its "
-        "time offset right?",
-        drive.stretches_tried, found));
+        "could be registered; the cloud has a road below {} of {} keyframes. Is the cloud of this "
+        "place, in the frame of the poses given (not shifted, turned, mirrored or upside down), "
+        "with usable intensities? Are the camera's calibration, its extrinsics and its time offset "
+        "right, and its images not dark?",
+        drive.stretches_tried, found, drive.graph.ground.size(), drive.keyframes.size()));
   }
-  if (drive.focal_length.gain > config.max_focal_gain) {
-    throw std::runtime_error(
-        fmt::format("refinement: camera images fit the cloud better by {:.0f} % with some {:.2f} "
-                    "times the camera's focal length. Are the camera's intrinsics right?",
-                    100.0 * (drive.focal_length.gain - 1.0), drive.focal_length.scale));
+  if (drive.lens.gain > config.max_lens_gain) {
+    const LensChange& change = drive.lens.change;
+    throw std::runtime_error(fmt::format(
+        "refinement: camera images fit the cloud better by {:.0f} % with {}. Are the camera's "
+        "intrinsics right?",
+        100.0 * (drive.lens.gain - 1.0),
+        change.radial != 0.0
+            ? fmt::format("some {:+.1f} added to its radial distortion (k1)", change.radial)
+            : fmt::format("some {:.2f} times the camera's focal length", change.focal)));
   }
   if (residuals.of_all > config.max_track_residual_px) {
     throw std::runtime_error(fmt::format(

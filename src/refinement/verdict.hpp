@@ -19,7 +19,7 @@ struct SolvedDrive {
   const PoseGraph& graph;
   std::size_t stretches_tried;
   std::size_t stretches_registered;  ///< with a registration in the graph
-  BestFocalLength focal_length;      ///< for all windows together
+  BestLens lens;                     ///< for all windows together
   const RigidTransform& T_imu_cam;
   const PinholeCamera& camera;
 };

@@ -92,12 +92,13 @@ ViewCorrelation correlate(const GradientField& camera, const GradientField& inte
 }
 
 double agreement(const ViewCorrelation& view, const CorrelationPatch& patch, std::size_t level,
-                 const PinholeCamera& camera, const RigidTransform& T_cam_world) {
-  const Eigen::Vector3d q_cam = T_cam_world * patch.q_world;
+                 const PinholeCamera& camera, const RigidTransform& T_cam_world, double radial) {
+  Eigen::Vector3d q_cam = T_cam_world * patch.q_world;
   constexpr double kNearest_m = 0.5;
   if (q_cam.z() < kNearest_m) {
     return 0.0;
   }
+  q_cam.head<2>() *= 1.0 + radial * q_cam.head<2>().squaredNorm() / (q_cam.z() * q_cam.z());
   const Eigen::Vector2d shift = (camera.project(q_cam) - patch.pixel_px) / view.shrink;
   const double x = shift.x() + view.range;
   const double y = shift.y() + view.range;

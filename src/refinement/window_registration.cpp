@@ -2,12 +2,15 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/refinement/window_registration.hpp"
 
+#include "topoloc/evaluation/median.hpp"
+
 #include "refinement/parallel_for.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Eigenvalues>
@@ -21,8 +24,12 @@ class Agreement {
  public:
   Agreement(std::span<const WindowView> views, const RigidTransform& T_world_imu,
             const RigidTransform& T_imu_cam, const PinholeCamera& camera,
-            const SearchConfig& config)
-      : T_world_imu_(T_world_imu), T_imu_cam_(T_imu_cam), camera_(camera), config_(config) {
+            const SearchConfig& config, double radial = 0.0)
+      : T_world_imu_(T_world_imu),
+        T_imu_cam_(T_imu_cam),
+        camera_(camera),
+        config_(config),
+        radial_(radial) {
     for (const WindowView& view : views) {
       views_.push_back(view);
       patches_ += view.correlation->patches.size();
@@ -50,7 +57,7 @@ class Agreement {
     for (std::size_t i = 0; i < views_.size(); ++i) {
       const ViewCorrelation& view = *views_[i].correlation;
       for (const CorrelationPatch& patch : view.patches) {
-        total += agreement(view, patch, level, camera_, T_cam_world[i]);
+        total += agreement(view, patch, level, camera_, T_cam_world[i], radial_);
       }
     }
     return total;
@@ -64,7 +71,7 @@ class Agreement {
     for (std::size_t i = 0; i < views_.size(); ++i) {
       const ViewCorrelation& view = *views_[i].correlation;
       for (const CorrelationPatch& patch : view.patches) {
-        values.push_back(agreement(view, patch, level, camera_, T_cam_world[i]));
+        values.push_back(agreement(view, patch, level, camera_, T_cam_world[i], radial_));
       }
     }
     return values;
@@ -103,6 +110,7 @@ class Agreement {
   RigidTransform T_imu_cam_;
   PinholeCamera camera_;
   SearchConfig config_;
+  double radial_;
   std::size_t patches_ = 0;
 };
 
@@ -148,6 +156,18 @@ Candidate climb_all_levels(const Agreement& agreement, const Vector6& start) {
     candidate = climb(agreement, level, candidate.scaled, step);
   }
   return candidate;
+}
+
+/// Of the patches of all views; 0 without any.
+double median_depth_m(std::span<const WindowView> views, const RigidTransform& T_imu_cam) {
+  std::vector<double> depths_m;
+  for (const WindowView& view : views) {
+    const RigidTransform T_cam_world = (view.T_world_imu * T_imu_cam).inverse();
+    for (const CorrelationPatch& patch : view.correlation->patches) {
+      depths_m.push_back((T_cam_world * patch.q_world).z());
+    }
+  }
+  return depths_m.empty() ? 0.0 : evaluation::median(std::move(depths_m));
 }
 
 /// Mean agreement of the pieces of the scene over its standard error.
@@ -254,30 +274,33 @@ Registration register_window(std::span<const WindowView> views, const RigidTrans
   return result;
 }
 
-FocalSweep sweep_focal_length(std::span<const WindowView> views, const RigidTransform& T_world_imu,
-                              const RigidTransform& found, const RigidTransform& T_imu_cam,
-                              const PinholeCamera& camera, const SearchConfig& config) {
-  const Vector6 start = motion_between(T_world_imu, found).cwiseQuotient(config.std);
-  FocalSweep sweep{};
+LensSweep sweep_lens(std::span<const WindowView> views, const RigidTransform& T_world_imu,
+                     const RigidTransform& found, const RigidTransform& T_imu_cam,
+                     const PinholeCamera& camera, const SearchConfig& config) {
+  // A lens that is longer by some share shows nearly what a camera nearer by that share of the
+  // depth does: a wrong one is answered by a wrong pose, and that has to be taken back with it.
+  const double depth_m = median_depth_m(views, T_imu_cam);
+  LensSweep sweep{};
   parallel_for(sweep.size(), config.threads, [&](std::size_t i) {
     PinholeCamera other = camera;
-    other.fx_px *= kFocalScales[i];
-    other.fy_px *= kFocalScales[i];
-    const Agreement agreement(views, T_world_imu, T_imu_cam, other, config);
-    const Candidate best = climb_all_levels(agreement, start);
+    other.fx_px *= kLenses[i].focal;
+    other.fy_px *= kLenses[i].focal;
+    const Agreement agreement(views, T_world_imu, T_imu_cam, other, config, kLenses[i].radial);
+    RigidTransform start = found;
+    start.p -= (kLenses[i].focal - 1.0) * depth_m * (found.R * T_imu_cam.R.col(2));
+    const Candidate best =
+        climb_all_levels(agreement, motion_between(T_world_imu, start).cwiseQuotient(config.std));
     sweep[i] = agreement.sum(config.std.cwiseProduct(best.scaled), kFinest);
   });
   return sweep;
 }
 
-BestFocalLength best_focal_length(const FocalSweep& sweep) {
+BestLens best_lens(const LensSweep& sweep) {
   const auto best = std::max_element(sweep.begin(), sweep.end());
-  const auto own = std::find(kFocalScales.begin(), kFocalScales.end(), 1.0);
-  const double own_agreement = sweep[static_cast<std::size_t>(own - kFocalScales.begin())];
-  if (!(own_agreement > 0.0)) {
+  if (!(sweep.front() > 0.0)) {
     return {};  // nothing agrees with anything
   }
-  return {kFocalScales[static_cast<std::size_t>(best - sweep.begin())], *best / own_agreement};
+  return {kLenses[static_cast<std::size_t>(best - sweep.begin())], *best / sweep.front()};
 }
 
 }  // namespace topoloc::refinement

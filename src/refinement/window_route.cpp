@@ -34,17 +34,14 @@ Registration WindowRoute::registered(std::span<const WindowView> views,
   return register_window(views, T_world_imu, T_imu_cam_, camera_, search(std, seed));
 }
 
-void WindowRoute::weigh_focal_lengths(std::span<const WindowView> views,
-                                      const RigidTransform& T_world_imu,
-                                      const RigidTransform& found, const Vector6& std) {
-  const FocalSweep sweep = sweep_focal_length(views, T_world_imu, found, T_imu_cam_, camera_,
-                                              search(std, config_.search.seed));
-  FocalSweep& sum = sweep_ ? *sweep_ : sweep_.emplace();
+void WindowRoute::try_lenses(std::span<const WindowView> views, const RigidTransform& T_world_imu,
+                             const RigidTransform& found) {
+  const LensSweep sweep = sweep_lens(views, T_world_imu, found, T_imu_cam_, camera_,
+                                     search(config_.search.std, config_.search.seed));
+  LensSweep& sum = sweep_ ? *sweep_ : sweep_.emplace();
   std::transform(sweep.begin(), sweep.end(), sum.begin(), sum.begin(), std::plus<>());
 }
 
-BestFocalLength WindowRoute::focal_length() const {
-  return sweep_ ? best_focal_length(*sweep_) : BestFocalLength{};
-}
+BestLens WindowRoute::lens() const { return sweep_ ? best_lens(*sweep_) : BestLens{}; }
 
 }  // namespace topoloc::refinement

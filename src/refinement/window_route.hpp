@@ -28,11 +28,12 @@ class WindowRoute {
   [[nodiscard]] Registration registered(std::span<const WindowView> views,
                                         const RigidTransform& T_world_imu, const Vector6& std,
                                         std::uint64_t seed) const;
-  /// Adds what a window says about the focal length, once its pose was `found`.
-  void weigh_focal_lengths(std::span<const WindowView> views, const RigidTransform& T_world_imu,
-                           const RigidTransform& found, const Vector6& std);
-  /// What all windows weighed say together.
-  [[nodiscard]] BestFocalLength focal_length() const;
+  /// Adds what a window says about the camera's lens, once its pose was `found`. A wrong lens puts
+  /// poses far off: searched with all of `config.search.std`.
+  void try_lenses(std::span<const WindowView> views, const RigidTransform& T_world_imu,
+                  const RigidTransform& found);
+  /// What all these windows say together.
+  [[nodiscard]] BestLens lens() const;
 
  private:
   [[nodiscard]] SearchConfig search(const Vector6& std, std::uint64_t seed) const;
@@ -42,7 +43,7 @@ class WindowRoute {
   const RigidTransform& T_imu_cam_;
   const cv::Mat& mask_;
   const RefinementConfig& config_;
-  std::optional<FocalSweep> sweep_;  // sum over windows
+  std::optional<LensSweep> sweep_;  // sum over windows
 };
 
 }  // namespace topoloc::refinement

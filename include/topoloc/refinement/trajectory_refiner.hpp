@@ -30,12 +30,12 @@ namespace topoloc::refinement {
 /// Windows of views that are registered together.
 struct WindowConfig {
   double view_m = 2.0;      ///< way from one correlated view to the next, a keyframe at least
-  std::size_t views = 8;    ///< of a window
+  std::size_t views = 12;   ///< of a window
   std::size_t stride = 4;   ///< views from one window to the next
   int fine_passes = 2;      ///< over the whole drive at full resolution, after the first
   double fine_share = 0.4;  ///< their search deviations, as share of the first's
-  /// In the last pass, one window of so many tells whether another focal length fits better.
-  std::size_t focal_sweep_every = 2;
+  /// In the last pass, one window of so many tells whether another lens fits better.
+  std::size_t lens_sweep_every = 2;
 };
 
 /// Which routes look for the poses of views in the cloud.
@@ -56,8 +56,8 @@ struct RefinementConfig {
   double prior_std_m = 0.3;   ///< of the trajectory or the initial pose, per axis
   double prior_std_rad = std::numbers::pi / 180.0;
   double ground_std_m = 0.06;  ///< of the height above the road: suspension, cloud
-  /// Ways over which errors of trajectory and attitude, and of the height above the road, stay the
-  /// same: the keyframes on them count as one together.
+  /// Ways over which errors of trajectory, attitude and cloud, and of the height above the road,
+  /// stay the same: what is known on them counts as one together.
   double error_correlation_m = 20.0;
   double ground_correlation_m = 10.0;
   double min_significance = 5.5;  ///< of a registration; less may be chance
@@ -68,8 +68,8 @@ struct RefinementConfig {
   std::size_t fruitless_views = 24;
   /// Share of the windows that must be registered; less is the wrong cloud or calibration.
   double min_registered_share = 0.4;
-  /// More agreement than that with another focal length, as ratio: the calibration is wrong.
-  double max_focal_gain = 1.08;
+  /// More agreement than that with another lens, as ratio: the calibration is wrong.
+  double max_lens_gain = 1.08;
   /// Between neighbouring keyframes, median of the drive; more is the wrong calibration.
   double max_track_residual_px = 4.0;
   /// Added to each pose's covariance: what the whole drive shares, such as errors of the

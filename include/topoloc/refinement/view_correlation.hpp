@@ -47,8 +47,10 @@ ViewCorrelation correlate(const GradientField& camera, const GradientField& inte
                           const mapping::RenderedView& view, const RigidTransform& T_world_cam,
                           int shrink, const CorrelationConfig& config);
 
-/// Value of a patch's surface if the camera is at T_world_cam; 0 beyond its range.
+/// Value of a patch's surface if the camera is at T_world_cam; 0 beyond its range. `radial`: what
+/// the lens has of k1 beyond what the image was undistorted by.
 double agreement(const ViewCorrelation& view, const CorrelationPatch& patch, std::size_t level,
-                 const PinholeCamera& camera, const RigidTransform& T_cam_world);
+                 const PinholeCamera& camera, const RigidTransform& T_cam_world,
+                 double radial = 0.0);
 
 }  // namespace topoloc::refinement

@@ -40,22 +40,39 @@ Registration register_window(std::span<const WindowView> views, const RigidTrans
                              const RigidTransform& T_imu_cam, const PinholeCamera& camera,
                              const SearchConfig& config);
 
-/// Focal lengths that are tried in place of the camera's, as shares of it.
-inline constexpr std::array<double, 7> kFocalScales{0.88, 0.92, 0.96, 1.0, 1.04, 1.08, 1.12};
-using FocalSweep = std::array<double, kFocalScales.size()>;
+/// Another lens than the calibration's: focal length, as share of the camera's, and radial
+/// distortion (k1) beyond what the images were undistorted by.
+struct LensChange {
+  double focal = 1.0;
+  double radial = 0.0;
+};
+/// The calibration's own lens, and those that are tried in its place.
+inline constexpr std::array<LensChange, 11> kLenses{{{1.0, 0.0},
+                                                     {0.88, 0.0},
+                                                     {0.92, 0.0},
+                                                     {0.96, 0.0},
+                                                     {1.04, 0.0},
+                                                     {1.08, 0.0},
+                                                     {1.12, 0.0},
+                                                     {1.0, -0.2},
+                                                     {1.0, -0.1},
+                                                     {1.0, 0.1},
+                                                     {1.0, 0.2}}};
+using LensSweep = std::array<double, kLenses.size()>;
 
-/// Agreement of a window (sum over its patches) with each of these focal lengths, at the pose that
-/// fits best with it: climbed to from the pose `found` by register_window.
-FocalSweep sweep_focal_length(std::span<const WindowView> views, const RigidTransform& T_world_imu,
-                              const RigidTransform& found, const RigidTransform& T_imu_cam,
-                              const PinholeCamera& camera, const SearchConfig& config);
+/// Agreement of a window (sum over its patches) with each of these lenses, at the pose that fits
+/// best with it: climbed to from the pose `found` by register_window. `config.std`: how far off a
+/// wrong lens may have led that pose.
+LensSweep sweep_lens(std::span<const WindowView> views, const RigidTransform& T_world_imu,
+                     const RigidTransform& found, const RigidTransform& T_imu_cam,
+                     const PinholeCamera& camera, const SearchConfig& config);
 
-/// What a sweep says: the focal length that fits best, as share of the camera's, and how much
-/// better it fits than the camera's own (ratio of agreements).
-struct BestFocalLength {
-  double scale = 1.0;
+/// What a sweep says: the lens that fits best, and how much better it fits than the calibration's
+/// own (ratio of agreements).
+struct BestLens {
+  LensChange change;
   double gain = 1.0;
 };
-BestFocalLength best_focal_length(const FocalSweep& sweep);
+BestLens best_lens(const LensSweep& sweep);
 
 }  // namespace topoloc::refinement

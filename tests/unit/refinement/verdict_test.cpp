@@ -42,7 +42,7 @@ class Verdict : public ::testing::Test {
     const PinholeCamera camera = TexturedStreet::camera();
     const RigidTransform T_imu_cam = TexturedStreet::T_imu_cam();
     return judge({keyframes_, drive_.truth, graph_, stretches_tried_, graph_.registrations.size(),
-                  focal_length_, T_imu_cam, camera},
+                  lens_, T_imu_cam, camera},
                  {});
   }
   [[nodiscard]] std::string complaint() const {
@@ -65,7 +65,7 @@ class Verdict : public ::testing::Test {
   std::vector<Keyframe> keyframes_;
   PoseGraph graph_;
   std::size_t stretches_tried_ = 6;
-  BestFocalLength focal_length_;
+  BestLens lens_;
 };
 
 TEST_F(Verdict, AcceptsADriveThatFits) {
@@ -162,12 +162,15 @@ TEST_F(Verdict, SaysNothingOfTracksWhereThereAreNone) {
   EXPECT_FALSE(judged()[5].figures.contains("track_residual_px"));
 }
 
-TEST_F(Verdict, RefusesADriveThatAnotherFocalLengthFitsBetter) {
-  focal_length_ = {1.04, 1.05};  // hardly better
+TEST_F(Verdict, RefusesADriveThatAnotherLensFitsBetter) {
+  lens_ = {{1.04, 0.0}, 1.05};  // hardly better
   EXPECT_NO_THROW((void)judged());
-  focal_length_ = {0.92, 1.3};
+  lens_ = {{0.92, 0.0}, 1.3};
   EXPECT_THAT(complaint(), AllOf(HasSubstr("30 %"), HasSubstr("0.92"), HasSubstr("focal length"),
                                  HasSubstr("intrinsics")));
+  lens_ = {{1.0, -0.2}, 1.2};
+  EXPECT_THAT(complaint(), AllOf(HasSubstr("20 %"), HasSubstr("-0.2 added"),
+                                 HasSubstr("distortion"), HasSubstr("intrinsics")));
 }
 
 TEST_F(Verdict, RefusesADriveWhoseTracksMiss) {

@@ -118,36 +118,60 @@ TEST_F(WindowRegistration, AgreesLessWithTheSameStreetPaintedAnew) {
   EXPECT_LT(repainted.score, 0.3 * found().score);
 }
 
-TEST_F(WindowRegistration, TellsAWrongFocalLength) {
-  const auto best = [](const StreetViews& seen) {
-    const RigidTransform& start = seen.start[StreetViews::kMiddle];
-    return best_focal_length(sweep_focal_length(seen.window(), start, seen.registered().T_world_imu,
-                                                TexturedStreet::T_imu_cam(),
-                                                TexturedStreet::camera(), {}));
-  };
-  EXPECT_EQ(best(views()).scale, 1.0);
-  EXPECT_EQ(best(views()).gain, 1.0);
-  // The photos come from a lens of 0.95 or 1.05 times the focal length that is believed.
+/// What a sweep says of a street seen through a lens of this focal length (as share of the
+/// camera's) and distortion, neither of which is known of.
+BestLens best_lens_for(const mapping::CloudGrid& cloud, double focal, double radial) {
+  const PinholeCamera camera = TexturedStreet::camera();
+  cv::Mat from(camera.height_px, camera.width_px, CV_32FC2);
+  for (int v = 0; v < camera.height_px; ++v) {
+    for (int u = 0; u < camera.width_px; ++u) {
+      const Eigen::Vector3d ray = camera.ray({u, v}) / focal;
+      const double share = (1.0 - radial * ray.head<2>().squaredNorm()) / focal;  // first order
+      from.at<cv::Vec2f>(v, u) = cv::Vec2d(camera.cx_px + share * (u - camera.cx_px),
+                                           camera.cy_px + share * (v - camera.cy_px));
+    }
+  }
   const TexturedStreet street(1);
-  for (const double scale : {0.95, 1.05}) {
-    const auto photograph = [&](const RigidTransform& T_world_cam) {
-      const PinholeCamera camera = TexturedStreet::camera();
-      const cv::Matx23d zoom(scale, 0.0, (1.0 - scale) * camera.cx_px,  //
-                             0.0, scale, (1.0 - scale) * camera.cy_px);
-      cv::Mat zoomed;
-      cv::warpAffine(street.photo(T_world_cam), zoomed, zoom, cv::Size(), cv::INTER_LINEAR,
-                     cv::BORDER_REFLECT);
-      return zoomed;
-    };
-    const BestFocalLength found = best(look_at_street(cloud(), photograph, kWrong));
-    EXPECT_EQ(found.scale, scale < 1.0 ? 0.96 : 1.04);
-    EXPECT_GT(found.gain, RefinementConfig{}.max_focal_gain);
+  const StreetViews seen = look_at_street(
+      cloud,
+      [&](const RigidTransform& T_world_cam) {
+        cv::Mat photo;
+        cv::remap(street.photo(T_world_cam), photo, from, cv::noArray(), cv::INTER_LINEAR,
+                  cv::BORDER_REFLECT);
+        return photo;
+      },
+      kWrong);
+  return best_lens(sweep_lens(seen.window(), seen.start[StreetViews::kMiddle],
+                              seen.registered().T_world_imu, TexturedStreet::T_imu_cam(), camera,
+                              {}));
+}
+
+TEST_F(WindowRegistration, FindsNoFaultWithTheRightLens) {
+  const BestLens found = best_lens_for(cloud(), 1.0, 0.0);
+  EXPECT_EQ(found.change.focal, 1.0);
+  EXPECT_EQ(found.change.radial, 0.0);
+  EXPECT_EQ(found.gain, 1.0);
+}
+
+TEST_F(WindowRegistration, TellsAWrongFocalLength) {
+  for (const double focal : {0.95, 1.05}) {
+    const BestLens found = best_lens_for(cloud(), focal, 0.0);
+    EXPECT_EQ(found.change.focal, focal < 1.0 ? 0.96 : 1.04);
+    EXPECT_GT(found.gain, RefinementConfig{}.max_lens_gain);
   }
 }
 
-TEST_F(WindowRegistration, ASweepWithoutAgreementSaysNothingOfTheFocalLength) {
-  EXPECT_EQ(best_focal_length({}).gain, 1.0);
-  EXPECT_EQ(best_focal_length({0.0, 0.1, 0.0, -0.1, 0.0, 0.0, 0.0}).gain, 1.0);
+TEST_F(WindowRegistration, TellsADistortionThatWasNotTakenOut) {
+  for (const double radial : {-0.15, 0.15}) {
+    const BestLens found = best_lens_for(cloud(), 1.0, radial);
+    EXPECT_GT(found.change.radial * radial, 0.0);
+    EXPECT_GT(found.gain, RefinementConfig{}.max_lens_gain);
+  }
+}
+
+TEST_F(WindowRegistration, ASweepWithoutAgreementSaysNothingOfTheLens) {
+  EXPECT_EQ(best_lens({}).gain, 1.0);
+  EXPECT_EQ(best_lens({0.0, 0.1, 0.0, -0.1}).gain, 1.0);
 }
 
 TEST_F(WindowRegistration, DoesNotHangOnTheNumberOfThreads) {
