@@ -5,6 +5,7 @@
 #include "topoloc/evaluation/chi_square.hpp"
 #include "topoloc/evaluation/median.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -56,14 +57,49 @@ TrackResiduals track_residuals(const SolvedDrive& drive) {
   return result;
 }
 
+/// Squared normalised distance in space that is no chance (99 %).
+double contradiction_limit() {
+  constexpr double kConfidence = 0.99;
+  static const double kLimit = evaluation::chi_square_quantile(kConfidence, 3.0);
+  return kLimit;
+}
+
 /// Far off, and farther than the registration's own uncertainty explains.
 bool contradicts(const Registration& registration, const Vector6& off,
                  const RefinementConfig& config) {
-  constexpr double kConfidence = 0.99;
-  static const double kLimit = evaluation::chi_square_quantile(kConfidence, 3.0);
   const Eigen::Vector3d t = off.tail<3>();
   const Eigen::Matrix3d C = registration.covariance.bottomRightCorner<3, 3>();
-  return t.norm() > config.max_registration_residual_m && t.dot(C.inverse() * t) > kLimit;
+  return t.norm() > config.max_registration_residual_m &&
+         t.dot(C.inverse() * t) > contradiction_limit();
+}
+
+/// Mean way from the trajectory given to the poses found, in the vehicle's axes [m]; zero without
+/// a trajectory.
+Eigen::Vector3d mean_shift_m(const SolvedDrive& drive) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < drive.keyframes.size(); ++k) {
+    if (const auto& T_prior = drive.keyframes[k].T_prior) {
+      sum += motion_between(*T_prior, drive.poses[k]).tail<3>();
+      ++count;
+    }
+  }
+  return sum / static_cast<double>(std::max<std::size_t>(1, count));
+}
+
+/// A shift of the whole drive that the trajectory's deviation does not explain, even if all of its
+/// poses had the same error. A camera that is mounted elsewhere makes one, and nothing else shows
+/// it.
+void check_shift(const SolvedDrive& drive, const RefinementConfig& config) {
+  const Eigen::Vector3d shift_m = mean_shift_m(drive);
+  if ((shift_m / config.prior_std_m).squaredNorm() > contradiction_limit()) {
+    throw std::runtime_error(fmt::format(
+        "refinement: the poses found lie {:.2f} m from the trajectory given, on the average of the "
+        "drive ({:.2f} m along the vehicle's x axis, {:.2f} m along y, {:.2f} m along z), and that "
+        "is to be good to {:.2f} m (--trajectory-std-m). Are the camera's extrinsics right, and is "
+        "the trajectory that of the IMU?",
+        shift_m.norm(), shift_m.x(), shift_m.y(), shift_m.z(), config.prior_std_m));
+  }
 }
 
 /// The cloud and the drive as a whole.
@@ -110,6 +146,7 @@ void check_drive(const SolvedDrive& drive, const TrackResiduals& residuals,
 std::vector<mapping::RefinedPose> judge(const SolvedDrive& drive, const RefinementConfig& config) {
   const TrackResiduals residuals = track_residuals(drive);
   check_drive(drive, residuals, config);
+  check_shift(drive, config);
   const std::vector<double> way_m = way(drive.keyframes);
   const std::vector<Matrix6> P =
       covariances(drive.graph, drive.T_imu_cam, drive.camera, config.solver, drive.poses);

@@ -173,6 +173,22 @@ TEST_F(Verdict, RefusesADriveThatAnotherLensFitsBetter) {
                                  HasSubstr("distortion"), HasSubstr("intrinsics")));
 }
 
+TEST_F(Verdict, RefusesADriveThatLiesBesideItsTrajectory) {
+  const auto give_trajectory = [&](double ahead_m) {
+    for (std::size_t k = 0; k < kKeyframes; ++k) {
+      RigidTransform T_prior = drive_.truth[k];
+      T_prior.p -= T_prior.R * Eigen::Vector3d(ahead_m, 0.0, 0.0);
+      keyframes_[k].T_prior = T_prior;
+    }
+  };
+  // 3.4 deviations are the limit.
+  give_trajectory(0.9);
+  EXPECT_NO_THROW((void)judged());
+  give_trajectory(1.1);
+  EXPECT_THAT(complaint(), AllOf(HasSubstr("1.10 m from the trajectory"), HasSubstr("0.30 m"),
+                                 HasSubstr("extrinsics"), HasSubstr("--trajectory-std-m")));
+}
+
 TEST_F(Verdict, RefusesADriveWhoseTracksMiss) {
   graph_.tracks = drive_.tracks({1});
   EXPECT_NO_THROW((void)judged());

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: 2026 The topoloc authors
+"""What the tests of refinement on KITTI 2011_09_26_drive_0039 share: parts of the drive whose
+trajectory is disturbed by 0.3 m and 1 degree per axis, and maps built of them."""
+
+from __future__ import annotations
+
+import csv
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from programs import run
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+from node_pose_table import Table as Table  # noqa: E402
+
+DATA = Path(os.environ.get("TOPOLOC_DATA", ROOT / ".." / "shared" / "data")) / "kitti_0039"
+BINS = Path(os.environ.get("TOPOLOC_BIN", ROOT / "build" / "release" / "bin"))
+FROM_M = 20.0
+
+
+def way_m(table: Table) -> npt.NDArray[np.float64]:
+    """Way along the drive up to each pose of the ground truth."""
+    steps_m = np.linalg.norm(np.diff(table.truth.positions, axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps_m)])
+
+
+def stretch(table: Table, to_m: float) -> Path:
+    """A part of the disturbed trajectory."""
+    whole = table.truth.disturbed("slow", 7, table.work / "whole.tum").read_text().splitlines()
+    part = table.work / f"stretch_{to_m:.0f}.tum"
+    kept = [line for line, m in zip(whole, way_m(table), strict=True) if FROM_M <= m <= to_m]
+    part.write_text("\n".join(kept) + "\n")
+    return part
+
+
+def build(
+    drive: Path, cloud: Path, out: Path, *start: str | Path
+) -> subprocess.CompletedProcess[str]:
+    """From a trajectory or an initial pose, with its registrations beside the map."""
+    command: list[str | Path] = [BINS / "topoloc-map", "build", "--drive", drive, "--cloud", cloud]
+    command += [*start, "--refine", "auto", "--out", out]
+    return run(*command, "--registrations", out.with_suffix(".csv"))
+
+
+def registrations(out: Path) -> list[dict[str, str]]:
+    with out.with_suffix(".csv").open() as lines:
+        return list(csv.DictReader(lines))
+
+
+def drive_without(table: Table, name: str, file: str) -> Path:
+    """A folder with all files of the drive but one."""
+    drive = table.work / name
+    drive.mkdir()
+    for item in table.drive.iterdir():
+        if item.name != file:
+            (drive / item.name).symlink_to(item)
+    return drive
