@@ -30,8 +30,8 @@ namespace topoloc::refinement {
 /// Windows of views that are registered together.
 struct WindowConfig {
   double view_m = 2.0;      ///< way from one correlated view to the next, a keyframe at least
-  std::size_t views = 12;   ///< of a window
-  std::size_t stride = 4;   ///< views from one window to the next
+  std::size_t views = 10;   ///< of a window
+  std::size_t stride = 5;   ///< views from one window to the next
   int fine_passes = 2;      ///< over the whole drive at full resolution, after the first
   double fine_share = 0.4;  ///< their search deviations, as share of the first's
   /// In the last pass, one window of so many tells whether another lens fits better.
