@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -113,19 +114,37 @@ class Table:
             command += ["--trajectory-std-m", str(STD_M), "--trajectory-std-deg", "1"]
         return built, command
 
-    def row(self, label: str, refine: str, *prior: str | Path) -> dict[str, Any]:
+    def build(self, refine: str, *prior: str | Path) -> tuple[Path, str | None]:
+        """The map with these settings, unless it is there, and why it was refused if it was. Its
+        report and registrations are beside it (.json, .csv)."""
         built, command = self.plan(refine, *prior)
-        report = built.with_suffix(".json")
-        if not report.exists():
-            report.write_text(run(*command))
-        figures = self.compare(built)
-        figures.update(
-            label=label,
-            refine=refine,
-            apet_m=self.localise(built),
-            poses_seconds=json.loads(report.read_text())["poses_seconds"],
-        )
-        return figures
+        report, refused = built.with_suffix(".json"), built.with_suffix(".refused")
+        if not report.exists() and not refused.exists():
+            if refine != "none":
+                command += ["--registrations", built.with_suffix(".csv")]
+            done = subprocess.run(
+                [str(c) for c in command], capture_output=True, text=True, check=False
+            )
+            if done.returncode == 0:
+                report.write_text(done.stdout)
+            else:
+                complaint = done.stderr.strip().splitlines()[-1].removeprefix("topoloc-map: ")
+                if not complaint.startswith("refinement: "):
+                    raise SystemExit(f"{' '.join(map(str, command))}\nfailed: {complaint}")
+                refused.write_text(complaint)
+        return built, refused.read_text() if refused.exists() else None
+
+    def row(self, label: str, refine: str, *prior: str | Path) -> dict[str, Any]:
+        built, refused = self.build(refine, *prior)
+        if refused is not None:
+            return {"label": label, "refine": refine, "refused": refused}
+        report = json.loads(built.with_suffix(".json").read_text())
+        return self.compare(built) | {
+            "label": label,
+            "refine": refine,
+            "apet_m": self.localise(built),
+            "poses_seconds": report["poses_seconds"],
+        }
 
     def compare(self, built: Path) -> dict[str, Any]:
         info = json.loads(run(self.bins / "topoloc-map", "inspect", built, "--json", "-"))
@@ -170,6 +189,8 @@ class Table:
 
 
 def markdown(f: dict[str, Any]) -> str:
+    if "refused" in f:
+        return f"| {f['label']} | {f['refine']} | {f['refused']} | - | - | - | - | - | - | - |"
     seconds = f"{f['poses_seconds']:.0f}" if f["poses_seconds"] else "-"
     return (
         f"| {f['label']} | {f['refine']} | {100 * f['accepted']:.0f} % | {f['gap_m']:.0f} | "
@@ -192,8 +213,8 @@ def main() -> None:
     table = Table(args.drive, args.cloud, args.work, args.bins)
     rows: list[dict[str, Any]] = []
 
-    def add(*arguments: str | Path) -> None:
-        rows.append(table.row(*arguments))  # type: ignore[arg-type]
+    def add(label: str, refine: str, *prior: str | Path) -> None:
+        rows.append(table.row(label, refine, *prior))
         print(markdown(rows[-1]), flush=True)
 
     print(HEADER)

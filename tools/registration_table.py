@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import csv
 import json
-import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -61,9 +60,10 @@ def registrations(truth: Truth, file: Path) -> list[dict[str, Any]]:
     with file.open() as lines:
         everything = list(csv.DictReader(lines))
     last = max((int(row["pass"]) for row in everything), default=0)
+    passes = {0: "first"} | ({last: "last"} if last > 0 else {})
     result = []
     for route in ROUTES[:2]:
-        for number, name in ((0, "first"), (last, "last")):
+        for number, name in passes.items():
             tried = [r for r in everything if r["route"] == route and int(r["pass"]) == number]
             accepted = [row for row in tried if row["accepted"] == "1"]
             if tried:
@@ -79,22 +79,12 @@ def registrations(truth: Truth, file: Path) -> list[dict[str, Any]]:
 
 def build(table: Table, refine: str, *prior: str | Path) -> dict[str, Any]:
     """Registrations and nodes of one map, or why it was refused."""
-    built, command = table.plan(refine, *prior)
-    tried = built.with_suffix(".csv")
-    refused = built.with_suffix(".refused")
-    if not built.exists() and not refused.exists():
-        command += ["--registrations", tried]
-        done = subprocess.run(
-            [str(c) for c in command], capture_output=True, text=True, check=False
-        )
-        if done.returncode != 0:
-            complaint = done.stderr.strip().splitlines()[-1].removeprefix("topoloc-map: ")
-            if not complaint.startswith("refinement: "):
-                raise SystemExit(f"{' '.join(map(str, command))}\nfailed: {complaint}")
-            refused.write_text(complaint)
-    result: dict[str, Any] = {"registrations": registrations(table.truth, tried)}
-    if refused.exists():
-        result["refused"] = refused.read_text()
+    built, refused = table.build(refine, *prior)
+    result: dict[str, Any] = {
+        "registrations": registrations(table.truth, built.with_suffix(".csv"))
+    }
+    if refused is not None:
+        result["refused"] = refused
     else:
         result["nodes"] = table.compare(built)
     return result

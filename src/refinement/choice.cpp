@@ -36,4 +36,14 @@ std::vector<std::size_t> agreeing_with_the_surest(std::span<const Registration> 
   return chosen;
 }
 
+void share_errors(std::span<Registration> chosen, double stretch_m, double correlation_m) {
+  const double stretches = stretch_m < correlation_m ? correlation_m / stretch_m : 1.0;
+  for (Registration& registration : chosen) {
+    const auto of_route =
+        std::count_if(chosen.begin(), chosen.end(),
+                      [&](const Registration& other) { return other.route == registration.route; });
+    registration.shared_by = stretches * static_cast<double>(of_route);
+  }
+}
+
 }  // namespace topoloc::refinement

@@ -17,4 +17,8 @@ namespace topoloc::refinement {
 std::vector<std::size_t> agreeing_with_the_surest(std::span<const Registration> registrations,
                                                   std::span<const RigidTransform> poses);
 
+/// Sets `shared_by` of what was chosen for a stretch of so many metres: neighbours look at the same
+/// piece of the cloud, and its errors last for `correlation_m`.
+void share_errors(std::span<Registration> chosen, double stretch_m, double correlation_m);
+
 }  // namespace topoloc::refinement

@@ -12,7 +12,13 @@ DeadReckoning reckon(const drive::Drive& drive, const PoseKnowledge& knowledge) 
   if (knowledge.initial_pose) {
     return dead_reckon(drive, 0.0, *knowledge.initial_pose);
   }
-  const evaluation::StampedPose& first = knowledge.trajectory->front();
+  // A trajectory may have begun long before, in another place.
+  const auto during = std::find_if(knowledge.trajectory->begin(), knowledge.trajectory->end(),
+                                   [&](const evaluation::StampedPose& pose) {
+                                     return pose.time_ns >= drive.imu.front().time_ns;
+                                   });
+  const evaluation::StampedPose& first =
+      during == knowledge.trajectory->end() ? knowledge.trajectory->front() : *during;
   const double start_s =
       std::max(0.0, evaluation::kSecondsPerNs *
                         static_cast<double>(first.time_ns - drive.imu.front().time_ns));
@@ -28,13 +34,12 @@ double tilt_std_at(const DeadReckoning& odometry, std::int64_t time_ns) {
 }
 
 void choose_views(std::vector<Keyframe>& keyframes, const RefinementConfig& config) {
-  const double least_m = config.window.view_m - 0.5 * config.keyframe_m;
-  double since_m = least_m;  // the first one is a view
-  for (std::size_t k = 0; k < keyframes.size(); ++k) {
-    if (k > 0) {
-      since_m += (keyframes[k].T_odometry.p - keyframes[k - 1].T_odometry.p).norm();
-    }
-    if (since_m >= least_m) {
+  keyframes.front().is_view = true;
+  double since_m = 0.0;
+  for (std::size_t k = 1; k < keyframes.size(); ++k) {
+    const double step_m = (keyframes[k].T_odometry.p - keyframes[k - 1].T_odometry.p).norm();
+    since_m += step_m;
+    if (since_m + 0.5 * step_m >= config.window.view_m) {  // the next would be farther off
       keyframes[k].is_view = true;
       since_m = 0.0;
     }

@@ -233,7 +233,8 @@ class Problem {
     }
     for (const Registration& factor : graph.registrations) {
       if (moves(factor.keyframe, factor.keyframe)) {
-        add_absolute(factor.keyframe, factor.T_world_imu, inverse_root(factor.covariance),
+        add_absolute(factor.keyframe, factor.T_world_imu,
+                     inverse_root(factor.shared_by * factor.covariance),
                      new ceres::HuberLoss(config.registration_loss));
       }
     }

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/refinement/trajectory_refiner.hpp"
 
+#include "topoloc/evaluation/median.hpp"
 #include "topoloc/matching/undistorter.hpp"
 #include "topoloc/refinement/ground.hpp"
 
@@ -42,12 +43,13 @@ PinholeCamera scaled(const PinholeCamera& camera, double scale) {
                           static_cast<int>(std::lround(camera.height_px * scale))});
 }
 
-double mean_spacing_m(const std::vector<Keyframe>& keyframes) {
-  double way_m = 0.0;
+/// Median way from keyframe to keyframe; `least_m` of a single one.
+double usual_spacing_m(const std::vector<Keyframe>& keyframes, double least_m) {
+  std::vector<double> steps_m;
   for (std::size_t k = 1; k < keyframes.size(); ++k) {
-    way_m += (keyframes[k].T_odometry.p - keyframes[k - 1].T_odometry.p).norm();
+    steps_m.push_back((keyframes[k].T_odometry.p - keyframes[k - 1].T_odometry.p).norm());
   }
-  return way_m / static_cast<double>(std::max<std::size_t>(1, keyframes.size() - 1));
+  return steps_m.empty() ? least_m : evaluation::median(std::move(steps_m));
 }
 
 constexpr std::array<std::pair<Routes, const char*>, 3> kRouteNames{
@@ -81,7 +83,7 @@ class Run {
         undistorter_(drive.vehicle.camera.kalibr.calibration, camera_),
         mask_(undistorter_.mask(drive::read_mask(drive.vehicle.camera), kMaskMargin_px)),
         keyframes_(choose_keyframes(drive, knowledge, frames, config)),
-        spacing_m_(mean_spacing_m(keyframes_)),
+        spacing_m_(usual_spacing_m(keyframes_, config.keyframe_m)),
         window_route_(grid, camera_, T_imu_cam_, mask_, config),
         attempts_(attempts) {
     if (config.routes != Routes::kCorrelation) {
@@ -135,7 +137,10 @@ class Run {
         graph_.priors.push_back({k, *keyframe.T_prior, shared * prior_std});
       }
     }
-    check_cloud(grid_, camera_, T_imu_cam_, poses_, config_.render.max_depth_m);
+    // Without a trajectory only the first poses are where odometry has them.
+    const std::size_t known = graph_.priors.empty() ? window_keyframes() : poses_.size();
+    check_cloud(grid_, camera_, T_imu_cam_, std::span(poses_).first(std::min(known, poses_.size())),
+                config_.render.max_depth_m);
     if (graph_.priors.empty()) {
       graph_.priors.push_back({0, poses_[0], prior_std});
     } else {
@@ -147,7 +152,7 @@ class Run {
 
   /// By what a keyframe's deviation grows so that all that share an error count as one together.
   [[nodiscard]] double sharing(double correlation_m) const {
-    return std::sqrt(std::max(1.0, correlation_m / std::max(config_.keyframe_m, spacing_m_)));
+    return std::sqrt(std::max(1.0, correlation_m / spacing_m_));
   }
 
   /// Motion from the keyframe before.
@@ -296,8 +301,11 @@ class Run {
     if (match_route_ && !is_fruitless()) {
       match_views(begin, end, search_share);
     }
-    choose(std::span(attempts_).subspan(first_attempt),
-           spacing_m_ * static_cast<double>(end - begin));
+    double stretch_m = config_.keyframe_m;
+    for (std::size_t k = begin + 1; k < end; ++k) {
+      stretch_m += step(k).p.norm();
+    }
+    choose(std::span(attempts_).subspan(first_attempt), stretch_m);
   }
 
   /// Registers the window of views that ends with keyframe end - 1 (route b).
@@ -314,7 +322,7 @@ class Run {
       }
     }
     if (2 * views.size() < config_.window.views) {
-      return;  // the drive has just begun
+      return;
     }
     const std::size_t middle = members[members.size() / 2];
     const Vector6 std = search_share * config_.search.std;
@@ -385,17 +393,13 @@ class Run {
         registrations.push_back(attempt.found);
       }
     }
-    const std::vector<std::size_t> agreeing = agreeing_with_the_surest(registrations, poses_);
-    for (const std::size_t i : agreeing) {
+    std::vector<Registration> chosen;
+    for (const std::size_t i : agreeing_with_the_surest(registrations, poses_)) {
       candidates[i]->accepted = true;
-      // Neighbours look at the same piece of the cloud and share its errors: they count as one.
-      const auto same_route = std::count_if(agreeing.begin(), agreeing.end(), [&](std::size_t k) {
-        return registrations[k].route == registrations[i].route;
-      });
-      registrations[i].covariance *=
-          static_cast<double>(same_route) * std::max(1.0, config_.error_correlation_m / stretch_m);
-      graph_.registrations.push_back(registrations[i]);
+      chosen.push_back(registrations[i]);
     }
+    share_errors(chosen, stretch_m, config_.error_correlation_m);
+    std::move(chosen.begin(), chosen.end(), std::back_inserter(graph_.registrations));
     stretches_registered_ += registrations.empty() ? 0 : 1;
   }
 
@@ -420,7 +424,7 @@ class Run {
   matching::Undistorter undistorter_;
   cv::Mat mask_;
   std::vector<Keyframe> keyframes_;
-  double spacing_m_;                   // mean way from keyframe to keyframe
+  double spacing_m_;                   // usual way from keyframe to keyframe
   std::vector<RigidTransform> poses_;  // T_world_imu of the keyframes
   std::vector<Look> looks_;
   std::size_t stretches_tried_ = 0;

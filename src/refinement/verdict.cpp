@@ -5,7 +5,6 @@
 #include "topoloc/evaluation/chi_square.hpp"
 #include "topoloc/evaluation/median.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -29,6 +28,26 @@ std::vector<double> way(const std::vector<Keyframe>& keyframes) {
                     (keyframes[i].T_odometry.p - keyframes[i - 1].T_odometry.p).norm());
   }
   return way_m;
+}
+
+double degrees(double rad) { return rad * 180.0 / std::numbers::pi; }
+
+/// The registration that is nearest along the way, and how far.
+struct NearestRegistration {
+  const Registration* registration = nullptr;
+  double away_m = std::numeric_limits<double>::infinity();
+};
+
+NearestRegistration nearest_registration(const PoseGraph& graph, const std::vector<double>& way_m,
+                                         std::size_t keyframe) {
+  NearestRegistration nearest;
+  for (const Registration& registration : graph.registrations) {
+    const double away_m = std::abs(way_m[registration.keyframe] - way_m[keyframe]);
+    if (away_m < nearest.away_m) {
+      nearest = {&registration, away_m};
+    }
+  }
+  return nearest;
 }
 
 /// Median residual of the tracks from each keyframe and of all together [px].
@@ -73,32 +92,37 @@ bool contradicts(const Registration& registration, const Vector6& off,
          t.dot(C.inverse() * t) > contradiction_limit();
 }
 
-/// Mean way from the trajectory given to the poses found, in the vehicle's axes [m]; zero without
-/// a trajectory.
-Eigen::Vector3d mean_shift_m(const SolvedDrive& drive) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  std::size_t count = 0;
-  for (std::size_t k = 0; k < drive.keyframes.size(); ++k) {
-    if (const auto& T_prior = drive.keyframes[k].T_prior) {
-      sum += motion_between(*T_prior, drive.poses[k]).tail<3>();
-      ++count;
+/// A shift or turn of the whole drive that the deviations of the poses given do not explain, even
+/// if all had the same error. A camera that is mounted elsewhere makes one, and nothing else shows
+/// it. Of poses that have a registration near.
+void check_shift(const SolvedDrive& drive, const std::vector<double>& way_m,
+                 const RefinementConfig& config) {
+  Vector6 sum = Vector6::Zero();
+  double count = 0.0;
+  for (const PriorFactor& prior : drive.graph.priors) {
+    if (nearest_registration(drive.graph, way_m, prior.keyframe).away_m <=
+        config.max_registration_away_m) {
+      sum += motion_between(prior.T_world_imu, drive.poses[prior.keyframe]);
+      count += 1.0;
     }
   }
-  return sum / static_cast<double>(std::max<std::size_t>(1, count));
-}
-
-/// A shift of the whole drive that the trajectory's deviation does not explain, even if all of its
-/// poses had the same error. A camera that is mounted elsewhere makes one, and nothing else shows
-/// it.
-void check_shift(const SolvedDrive& drive, const RefinementConfig& config) {
-  const Eigen::Vector3d shift_m = mean_shift_m(drive);
-  if ((shift_m / config.prior_std_m).squaredNorm() > contradiction_limit()) {
+  if (count == 0.0) {
+    return;
+  }
+  const Eigen::Vector3d turn_rad = sum.head<3>() / count;
+  const Eigen::Vector3d shift_m = sum.tail<3>() / count;
+  const double std_rad = std::hypot(config.prior_std_rad, config.floor_std(0));
+  const double std_m = std::hypot(config.prior_std_m, config.floor_std(3));
+  if ((shift_m / std_m).squaredNorm() > contradiction_limit() ||
+      (turn_rad / std_rad).squaredNorm() > contradiction_limit()) {
     throw std::runtime_error(fmt::format(
-        "refinement: the poses found lie {:.2f} m from the trajectory given, on the average of the "
-        "drive ({:.2f} m along the vehicle's x axis, {:.2f} m along y, {:.2f} m along z), and that "
-        "is to be good to {:.2f} m (--trajectory-std-m). Are the camera's extrinsics right, and is "
-        "the trajectory that of the IMU?",
-        shift_m.norm(), shift_m.x(), shift_m.y(), shift_m.z(), config.prior_std_m));
+        "refinement: the poses found lie {:.2f} m and {:.1f} degrees from those given, on the "
+        "average of the drive ({:.2f} m along the vehicle's x axis, {:.2f} m along y, {:.2f} m "
+        "along z), and these are to be good to {:.2f} m and {:.1f} degrees (--trajectory-std-m, "
+        "--trajectory-std-deg). Are the camera's extrinsics right, and are the poses given those "
+        "of the IMU?",
+        shift_m.norm(), degrees(turn_rad.norm()), shift_m.x(), shift_m.y(), shift_m.z(),
+        config.prior_std_m, degrees(config.prior_std_rad)));
   }
 }
 
@@ -129,7 +153,7 @@ void check_drive(const SolvedDrive& drive, const TrackResiduals& residuals,
         "intrinsics right?",
         100.0 * (drive.lens.gain - 1.0),
         change.radial != 0.0
-            ? fmt::format("some {:+.1f} added to its radial distortion (k1)", change.radial)
+            ? fmt::format("some {:+.1f} added to its radial distortion", change.radial)
             : fmt::format("some {:.2f} times the camera's focal length", change.focal)));
   }
   if (residuals.of_all > config.max_track_residual_px) {
@@ -146,8 +170,8 @@ void check_drive(const SolvedDrive& drive, const TrackResiduals& residuals,
 std::vector<mapping::RefinedPose> judge(const SolvedDrive& drive, const RefinementConfig& config) {
   const TrackResiduals residuals = track_residuals(drive);
   check_drive(drive, residuals, config);
-  check_shift(drive, config);
   const std::vector<double> way_m = way(drive.keyframes);
+  check_shift(drive, way_m, config);
   const std::vector<Matrix6> P =
       covariances(drive.graph, drive.T_imu_cam, drive.camera, config.solver, drive.poses);
   std::vector<mapping::RefinedPose> result;
@@ -160,20 +184,11 @@ std::vector<mapping::RefinedPose> judge(const SolvedDrive& drive, const Refineme
     pose.covariance = P[k];
     pose.covariance.diagonal() += config.floor_std.cwiseAbs2();
 
-    const Registration* nearest = nullptr;
-    double away_m = std::numeric_limits<double>::infinity();
-    for (const Registration& registration : drive.graph.registrations) {
-      const double distance_m = std::abs(way_m[registration.keyframe] - way_m[k]);
-      if (distance_m < away_m) {
-        away_m = distance_m;
-        nearest = &registration;
-      }
-    }
+    const auto [nearest, away_m] = nearest_registration(drive.graph, way_m, k);
     const double std_rad = std::sqrt(pose.covariance.diagonal().head<3>().maxCoeff());
     const double std_m = std::sqrt(pose.covariance.diagonal().tail<3>().maxCoeff());
-    pose.figures = {{"pose_std_m", std_m},
-                    {"pose_std_deg", std_rad * 180.0 / std::numbers::pi},
-                    {"registration_away_m", away_m}};
+    pose.figures = {
+        {"pose_std_m", std_m}, {"pose_std_deg", degrees(std_rad)}, {"registration_away_m", away_m}};
     bool contradicted = false;
     if (nearest != nullptr) {
       const Vector6 off = motion_between(nearest->T_world_imu, drive.poses[nearest->keyframe]);

@@ -31,12 +31,13 @@ def read_laz(path: Path, share: float = 1.0) -> Points:
     assert las.laszip_get_point_pointer(handle, ctypes.byref(point)) == 0
     with path.open("rb") as file:
         header = file.read(375)
-    (count,) = struct.unpack_from("<Q", header, 247)  # LAS 1.4
+    assert header[24:26] == b"\x01\x04", f"{path}: not LAS 1.4"
+    (count,) = struct.unpack_from("<Q", header, 247)
     scales_offsets = np.array(struct.unpack_from("<6d", header, 131)).reshape(2, 3)
     raw = np.empty(int(share * count), [("xyz", "<i4", 3), ("intensity", "<u2")])
     read, copy, size = las.laszip_read_point, ctypes.memmove, raw.itemsize
     for to in range(raw.ctypes.data, raw.ctypes.data + raw.nbytes, size):
-        read(handle)
+        assert read(handle) == 0, f"{path}: cut short"
         copy(to, point, size)
     las.laszip_close_reader(handle)
     las.laszip_destroy(handle)

@@ -8,17 +8,15 @@ from __future__ import annotations
 import csv
 import os
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 from programs import run
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools"))
-from node_pose_table import Table as Table  # noqa: E402
+from node_pose_table import Table
 
+ROOT = Path(__file__).resolve().parents[2]
 DATA = Path(os.environ.get("TOPOLOC_DATA", ROOT / ".." / "shared" / "data")) / "kitti_0039"
 BINS = Path(os.environ.get("TOPOLOC_BIN", ROOT / "build" / "release" / "bin"))
 FROM_M = 20.0
@@ -56,8 +54,8 @@ def registrations(out: Path) -> list[dict[str, str]]:
 def drive_without(table: Table, name: str, file: str) -> Path:
     """A folder with all files of the drive but one."""
     drive = table.work / name
-    drive.mkdir()
+    drive.mkdir(exist_ok=True)
     for item in table.drive.iterdir():
-        if item.name != file:
+        if item.name != file and not (drive / item.name).exists():
             (drive / item.name).symlink_to(item)
     return drive

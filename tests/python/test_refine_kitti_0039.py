@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 from programs import run
-from refine_0039 import BINS, DATA, Table, build, registrations, stretch
+from refine_0039 import BINS, DATA, build, registrations, stretch
+
+from node_pose_table import Table
 
 TO_M = 120.0
 

@@ -33,6 +33,8 @@ struct Registration {
   std::size_t keyframe = 0;                  ///< whose pose it is about
   RigidTransform T_world_imu;                ///< pose found
   Matrix6 covariance = Matrix6::Identity();  ///< of the motion (theta, t) from there to the truth
+  /// So many registrations share their errors with this one: together they count as one.
+  double shared_by = 1.0;
   double score = 0.0;  ///< of the pose found; higher is better, within one method
   /// What tells a find from chance, in standard deviations of chance: of the mean agreement of
   /// independent pieces of the scene (b), or of the number of matches that agree (a).

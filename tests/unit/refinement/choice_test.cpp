@@ -53,5 +53,18 @@ TEST_F(Choice, LetsTheSurestLeadTheRest) {
             (Indices{1, 2}));
 }
 
+TEST_F(Choice, CountsNeighboursThatShareTheCloudsErrorsAsOne) {
+  Registration match = of(10, 0.1);
+  match.route = Route::kMatches;
+  std::vector<Registration> chosen{of(8, 0.1), match, match, match};
+  share_errors(chosen, 5.0, 20.0);
+  EXPECT_DOUBLE_EQ(chosen[0].shared_by, 4.0);  // stretches of 5 m in 20 m
+  EXPECT_DOUBLE_EQ(chosen[1].shared_by, 12.0);
+  EXPECT_DOUBLE_EQ(chosen[3].shared_by, 12.0);
+  share_errors(chosen, 50.0, 20.0);
+  EXPECT_DOUBLE_EQ(chosen[0].shared_by, 1.0);
+  EXPECT_DOUBLE_EQ(chosen[1].shared_by, 3.0);
+}
+
 }  // namespace
 }  // namespace topoloc::refinement

@@ -249,6 +249,23 @@ TEST(PoseGraph, ShrinksCovariancesWithEachRegistration) {
   }
 }
 
+TEST(PoseGraph, TakesRegistrationsThatShareTheirErrorsForOne) {
+  const GraphDrive drive(4);
+  const auto covariances = [&](int registrations, double shared_by) {
+    PoseGraph graph = drive.with_odometry();
+    for (int i = 0; i < registrations; ++i) {
+      graph.registrations.push_back(drive.registration(1, 0.005, 0.05));
+      graph.registrations.back().shared_by = shared_by;
+    }
+    return covariances_of(graph, drive.truth);
+  };
+  const std::vector<Matrix6> one = covariances(1, 1.0);
+  const std::vector<Matrix6> four = covariances(4, 4.0);
+  for (std::size_t k = 0; k < one.size(); ++k) {
+    EXPECT_LT((four[k] - one[k]).norm(), 1e-9) << k;
+  }
+}
+
 TEST(PoseGraph, HasTheCovarianceThatRepeatedSolvesScatterWith) {
   const GraphDrive drive(8);
   constexpr int kRuns = 150;

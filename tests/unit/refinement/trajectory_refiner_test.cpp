@@ -131,19 +131,23 @@ TEST_F(TrajectoryRefinerTest, TakesAKeyframeAMetre) {
 }
 
 TEST_F(TrajectoryRefinerTest, TakesAViewEveryTwoMetresHoweverFarKeyframesAreApart) {
-  const auto views = [&](mapping::FrameParity frames) {
+  const auto views = [&](mapping::FrameParity frames, double keyframe_m = 1.0) {
     RefinementConfig config;
     config.frames = frames;
+    config.keyframe_m = keyframe_m;
     std::vector<bool> result;
     for (const Keyframe& keyframe : keyframes(with_trajectory(), config)) {
       result.push_back(keyframe.is_view);
     }
-    result.resize(5);
+    result.resize(6);
     return result;
   };
-  // 1.2 m and 1.6 m a keyframe.
-  EXPECT_THAT(views(mapping::FrameParity::kAll), ElementsAre(true, false, true, false, true));
-  EXPECT_THAT(views(mapping::FrameParity::kOdd), ElementsAre(true, true, true, true, true));
+  // 1.2 m, 1.6 m and 0.4 m a keyframe.
+  EXPECT_THAT(views(mapping::FrameParity::kAll),
+              ElementsAre(true, false, true, false, true, false));
+  EXPECT_THAT(views(mapping::FrameParity::kOdd), ElementsAre(true, true, true, true, true, true));
+  EXPECT_THAT(views(mapping::FrameParity::kAll, 0.3),
+              ElementsAre(true, false, false, false, false, true));
 }
 
 TEST_F(TrajectoryRefinerTest, TakesKeyframesOnlyOfTheFramesAsked) {

@@ -54,6 +54,13 @@ class Verdict : public ::testing::Test {
     ADD_FAILURE() << "no complaint";
     return "";
   }
+  /// Poses known beforehand of the first `count` keyframes, `off` (theta, t) from the truth.
+  void give_trajectory(const Vector6& off, std::size_t count) {
+    graph_.priors.clear();
+    for (std::size_t k = 0; k < count; ++k) {
+      graph_.priors.push_back({k, moved(drive_.truth[k], off), both(1.0, 1.0)});
+    }
+  }
   /// Leaves only registrations up to a keyframe.
   void forget_registrations_after(std::size_t keyframe) {
     std::erase_if(graph_.registrations,
@@ -174,19 +181,33 @@ TEST_F(Verdict, RefusesADriveThatAnotherLensFitsBetter) {
 }
 
 TEST_F(Verdict, RefusesADriveThatLiesBesideItsTrajectory) {
-  const auto give_trajectory = [&](double ahead_m) {
-    for (std::size_t k = 0; k < kKeyframes; ++k) {
-      RigidTransform T_prior = drive_.truth[k];
-      T_prior.p -= T_prior.R * Eigen::Vector3d(ahead_m, 0.0, 0.0);
-      keyframes_[k].T_prior = T_prior;
-    }
-  };
-  // 3.4 deviations are the limit.
-  give_trajectory(0.9);
+  for (const int axis : {3, 4, 5}) {
+    // 3.4 deviations are the limit.
+    give_trajectory(0.9 * Vector6::Unit(axis), kKeyframes);
+    EXPECT_NO_THROW((void)judged());
+    give_trajectory(1.1 * Vector6::Unit(axis), kKeyframes);
+    EXPECT_THAT(complaint(), AllOf(HasSubstr("1.10 m and 0.0 degrees from"), HasSubstr("0.30 m"),
+                                   HasSubstr("extrinsics"), HasSubstr("--trajectory-std-m")));
+  }
+}
+
+TEST_F(Verdict, RefusesADriveThatIsTurnedAgainstItsTrajectory) {
+  give_trajectory(0.05 * Vector6::Unit(2), kKeyframes);
   EXPECT_NO_THROW((void)judged());
-  give_trajectory(1.1);
-  EXPECT_THAT(complaint(), AllOf(HasSubstr("1.10 m from the trajectory"), HasSubstr("0.30 m"),
-                                 HasSubstr("extrinsics"), HasSubstr("--trajectory-std-m")));
+  give_trajectory(0.07 * Vector6::Unit(2), kKeyframes);
+  EXPECT_THAT(complaint(), HasSubstr("4.0 degrees from"));
+}
+
+TEST_F(Verdict, RefusesADriveThatLiesBesideItsInitialPose) {
+  give_trajectory(1.1 * Vector6::Unit(4), 1);
+  EXPECT_THAT(complaint(), HasSubstr("1.10 m and"));
+}
+
+TEST_F(Verdict, DoesNotAskPosesFarFromAnyRegistrationWhereTheDriveLies) {
+  give_trajectory(1.1 * Vector6::Unit(4), kKeyframes);
+  graph_.priors.erase(graph_.priors.begin(), graph_.priors.begin() + 36);
+  forget_registrations_after(8);
+  EXPECT_NO_THROW((void)judged());
 }
 
 TEST_F(Verdict, RefusesADriveWhoseTracksMiss) {
