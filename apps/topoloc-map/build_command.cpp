@@ -34,7 +34,7 @@ struct Options {
   std::string refine = "none";
   std::filesystem::path pair_model;
   std::filesystem::path registrations;
-  std::string odometry = "wheel-imu";
+  std::string odometry;  // one kind so far
   std::string initial_pose;
   std::optional<double> trajectory_std_m;  // the default depends on --refine
   std::optional<double> trajectory_std_deg;
@@ -192,7 +192,11 @@ BuildReport build_refined(const Options& options, const BuildProgress& progress)
     write_registrations();
     return report;
   } catch (const std::exception&) {
-    write_registrations();  // they show why
+    try {
+      write_registrations();  // they show why
+    } catch (const std::exception& error) {
+      fmt::print(stderr, "topoloc-map: warning: {}\n", error.what());
+    }
     throw;
   }
 }
@@ -205,6 +209,9 @@ void check(const Options& options) {
   }
   if (!refine && !options.initial_pose.empty()) {
     throw CLI::ValidationError("--initial-pose", "needs --refine auto, correlation or matches");
+  }
+  if (!refine && !options.odometry.empty()) {
+    throw CLI::ValidationError("--odometry", "needs --refine auto, correlation or matches");
   }
   if (!refine && !options.registrations.empty()) {
     throw CLI::ValidationError("--registrations", "needs --refine auto, correlation or matches");
@@ -283,9 +290,8 @@ void add_build_command(CLI::App& app) {
                       "\"x y z qx qy qz qw\"; odometry leads on from there");
   command
       ->add_option("--odometry", options->odometry,
-                   "What refinement knows of the motion between images")
-      ->check(CLI::IsMember({"wheel-imu"}))
-      ->capture_default_str();
+                   "What refinement knows of the motion between images [wheel-imu]")
+      ->check(CLI::IsMember({"wheel-imu"}));
   command
       ->add_option("--every-metres", options->config.selection.every_m,
                    "Distance between nodes; turns of 15 degrees get one of their own")

@@ -69,6 +69,7 @@ def test_tells_every_registration(table: Table, refined: dict[str, Any]) -> None
     [
         (["--refine", "correlation", "--pair-model", "x.onnx"], "--pair-model"),
         (["--refine", "none", "--registrations", "x.csv"], "--registrations"),
+        (["--refine", "none", "--odometry", "wheel-imu"], "--odometry"),
         (["--refine", "matches", "--pair-model", "x.onnx"], "x.onnx"),
         (["--refine", "sometimes"], "--refine"),
     ],
