@@ -19,7 +19,6 @@ from node_pose_table import Table
 ROOT = Path(__file__).resolve().parents[2]
 DATA = Path(os.environ.get("TOPOLOC_DATA", ROOT / ".." / "shared" / "data")) / "kitti_0039"
 BINS = Path(os.environ.get("TOPOLOC_BIN", ROOT / "build" / "release" / "bin"))
-FROM_M = 20.0
 
 
 def way_m(table: Table) -> npt.NDArray[np.float64]:
@@ -28,11 +27,11 @@ def way_m(table: Table) -> npt.NDArray[np.float64]:
     return np.concatenate([[0.0], np.cumsum(steps_m)])
 
 
-def stretch(table: Table, to_m: float) -> Path:
+def stretch(table: Table, from_m: float, to_m: float) -> Path:
     """A part of the disturbed trajectory."""
     whole = table.truth.disturbed("slow", 7, table.work / "whole.tum").read_text().splitlines()
-    part = table.work / f"stretch_{to_m:.0f}.tum"
-    kept = [line for line, m in zip(whole, way_m(table), strict=True) if FROM_M <= m <= to_m]
+    part = table.work / f"stretch_{from_m:.0f}_{to_m:.0f}.tum"
+    kept = [line for line, m in zip(whole, way_m(table), strict=True) if from_m <= m <= to_m]
     part.write_text("\n".join(kept) + "\n")
     return part
 

@@ -20,7 +20,7 @@ from refine_0039 import BINS, DATA, build, drive_without, registrations, stretch
 
 from node_pose_table import Table, pose_text
 
-TO_M = 70.0
+FROM_M, TO_M = 20.0, 70.0
 
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"{DATA} is not there")
 
@@ -58,7 +58,7 @@ def beginning(table: Table, to_m: float) -> tuple[Path, str]:
 def complaint(table: Table, cloud: Path, drive: Path | None = None, *start: str | Path) -> str:
     """Of a build that has to be refused."""
     out = table.work / "refused.tmap"
-    start = start or ("--trajectory", stretch(table, TO_M))
+    start = start or ("--trajectory", stretch(table, FROM_M, TO_M))
     result = build(drive or table.drive, cloud, out, *start)
     assert result.returncode == 1, result.stdout
     assert not out.exists()
@@ -161,7 +161,7 @@ def test_a_cloud_that_ends_on_the_way(table: Table, points: Points) -> None:
     beyond = (points[:, :3] - end) @ ahead > 0.0
     cloud = write_ply(table.work / "half.ply", points[~beyond])
     out = table.work / "half.tmap"
-    result = build(table.drive, cloud, out, "--trajectory", stretch(table, 115.0))
+    result = build(table.drive, cloud, out, "--trajectory", stretch(table, FROM_M, 115.0))
     assert result.returncode == 0, result.stderr
     nodes = json.loads(done(BINS / "topoloc-map", "inspect", out, "--json", "-"))["build"]["nodes"]
     along = np.array([(np.array(node["position_m"]) - end) @ ahead for node in nodes])
