@@ -221,7 +221,8 @@ void check(const Options& options) {
                                "must be above 0 where poses are to be refined");
   }
   if (!options.registrations.empty()) {
-    std::ofstream file(options.registrations);  // before the work, not after it
+    // Before the work, not after it; what an earlier run wrote stays until this one is done.
+    std::ofstream file(options.registrations, std::ios::app);
     if (!file) {
       throw CLI::ValidationError("--registrations",
                                  options.registrations.string() + ": cannot be written");
