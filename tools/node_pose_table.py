@@ -55,6 +55,8 @@ class Truth:
         table = np.loadtxt(path, comments="#", ndmin=2)
         self.positions: Floats = table[:, 1:4]
         self.rotations = Rotation.from_quat(table[:, 4:8])
+        steps_m = np.linalg.norm(np.diff(self.positions, axis=0), axis=1)
+        self.way_m: Floats = np.concatenate([[0.0], np.cumsum(steps_m)])  # up to each pose
 
     def at(self, time_ns: npt.NDArray[np.int64]) -> tuple[Floats, Rotation]:
         known = (self.time_ns - self.time_ns[0]) * 1e-9
@@ -65,8 +67,7 @@ class Truth:
     def disturbed(self, kind: str, seed: int, path: Path) -> Path:
         """Writes the trajectory with errors (rotation, translation) in the vehicle's axes."""
         random = np.random.default_rng(seed)
-        steps = np.linalg.norm(np.diff(self.positions, axis=0), axis=1)
-        way_m = np.concatenate([[0.0], np.cumsum(steps)])
+        way_m = self.way_m
         if kind == "white":
             errors = random.normal(size=(len(way_m), 6))
         else:

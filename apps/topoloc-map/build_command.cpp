@@ -329,7 +329,7 @@ void add_build_command(CLI::App& app) {
   command->add_flag("--json", options->json, "Report as JSON on stdout");
   command->footer(
       "A build that was interrupted goes on where it stopped when the same command is given "
-      "again;\nits finished nodes wait in MAP.tmap.partial/.\n"
+      "again;\nits finished nodes wait in MAP.tmap.partial/. Refined poses are looked for anew.\n"
       "Examples:\n"
       "  topoloc-map build --drive drive --cloud cloud.laz --trajectory drive/ground_truth.tum \\\n"
       "      --out town.tmap\n"

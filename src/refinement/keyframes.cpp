@@ -37,9 +37,9 @@ void choose_views(std::vector<Keyframe>& keyframes, const RefinementConfig& conf
   keyframes.front().is_view = true;
   double since_m = 0.0;
   for (std::size_t k = 1; k < keyframes.size(); ++k) {
-    const double step_m = (keyframes[k].T_odometry.p - keyframes[k - 1].T_odometry.p).norm();
-    since_m += step_m;
-    if (since_m + 0.5 * step_m >= config.window.view_m) {  // the next would be farther off
+    since_m += step_m(keyframes, k);
+    if (since_m + 0.5 * step_m(keyframes, k) >=
+        config.window.view_m) {  // the next would be farther off
       keyframes[k].is_view = true;
       since_m = 0.0;
     }

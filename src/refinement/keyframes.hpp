@@ -24,6 +24,11 @@ struct Keyframe {
   bool is_view = false;                   ///< its image is compared with the cloud
 };
 
+/// Way from the keyframe before, by odometry [m].
+inline double step_m(const std::vector<Keyframe>& keyframes, std::size_t k) {
+  return (keyframes[k].T_odometry.p - keyframes[k - 1].T_odometry.p).norm();
+}
+
 /// Dead-reckons the drive and takes a frame every `keyframe_m`, as a view the one that comes
 /// closest to `window.view_m` behind the last. Throws std::runtime_error where no
 /// frame has odometry and, if a trajectory is given, a pose in it.

@@ -47,7 +47,7 @@ PinholeCamera scaled(const PinholeCamera& camera, double scale) {
 double usual_spacing_m(const std::vector<Keyframe>& keyframes, double least_m) {
   std::vector<double> steps_m;
   for (std::size_t k = 1; k < keyframes.size(); ++k) {
-    steps_m.push_back((keyframes[k].T_odometry.p - keyframes[k - 1].T_odometry.p).norm());
+    steps_m.push_back(step_m(keyframes, k));
   }
   return steps_m.empty() ? least_m : evaluation::median(std::move(steps_m));
 }

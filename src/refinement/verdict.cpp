@@ -24,8 +24,7 @@ using evaluation::median;
 std::vector<double> way(const std::vector<Keyframe>& keyframes) {
   std::vector<double> way_m{0.0};
   for (std::size_t i = 1; i < keyframes.size(); ++i) {
-    way_m.push_back(way_m.back() +
-                    (keyframes[i].T_odometry.p - keyframes[i - 1].T_odometry.p).norm());
+    way_m.push_back(way_m.back() + step_m(keyframes, i));
   }
   return way_m;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/matching/config.hpp"
 #include "topoloc/refinement/trajectory_refiner.hpp"
 
 #include "unit/refinement/textured_street.hpp"
@@ -23,11 +24,16 @@ constexpr int kLaterPasses = 1;
 
 /// Of refinement: `camera_scale` times the default matching camera.
 PinholeCamera camera() {
-  const RefinementConfig config;
-  const double s = config.camera_scale;
-  const int width_px = static_cast<int>(640 * s);
-  const int height_px = static_cast<int>(384 * s);
-  return {width_px, height_px, 450 * s, 450 * s, 0.5 * (width_px - 1), 0.5 * (height_px - 1)};
+  const double s = RefinementConfig().camera_scale;
+  const PinholeCamera base = topoloc::matching::matching_camera({});
+  const int width_px = static_cast<int>(base.width_px * s);
+  const int height_px = static_cast<int>(base.height_px * s);
+  return {width_px,
+          height_px,
+          base.fx_px * s,
+          base.fy_px * s,
+          0.5 * (width_px - 1),
+          0.5 * (height_px - 1)};
 }
 
 /// A view of a made-up street, and what a camera there would show.

@@ -10,8 +10,6 @@ import os
 import subprocess
 from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
 from programs import run
 
 from node_pose_table import Table
@@ -21,17 +19,11 @@ DATA = Path(os.environ.get("TOPOLOC_DATA", ROOT / ".." / "shared" / "data")) / "
 BINS = Path(os.environ.get("TOPOLOC_BIN", ROOT / "build" / "release" / "bin"))
 
 
-def way_m(table: Table) -> npt.NDArray[np.float64]:
-    """Way along the drive up to each pose of the ground truth."""
-    steps_m = np.linalg.norm(np.diff(table.truth.positions, axis=0), axis=1)
-    return np.concatenate([[0.0], np.cumsum(steps_m)])
-
-
 def stretch(table: Table, from_m: float, to_m: float) -> Path:
     """A part of the disturbed trajectory."""
     whole = table.truth.disturbed("slow", 7, table.work / "whole.tum").read_text().splitlines()
     part = table.work / f"stretch_{from_m:.0f}_{to_m:.0f}.tum"
-    kept = [line for line, m in zip(whole, way_m(table), strict=True) if from_m <= m <= to_m]
+    kept = [line for line, m in zip(whole, table.truth.way_m, strict=True) if from_m <= m <= to_m]
     part.write_text("\n".join(kept) + "\n")
     return part
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 import pytest
 from clouds import Points, read_laz, write_ply
 from programs import done
-from refine_0039 import BINS, DATA, build, drive_without, registrations, stretch, way_m
+from refine_0039 import BINS, DATA, build, drive_without, registrations, stretch
 
 from node_pose_table import Table, pose_text
 
@@ -40,13 +40,13 @@ def table(tmp_path_factory: pytest.TempPathFactory, kitti_0039: Path, points: Po
 def place(table: Table, along_m: float) -> npt.NDArray[np.float64]:
     """Where the vehicle was after so much of the drive."""
     positions = table.truth.positions
-    return np.array([np.interp(along_m, way_m(table), axis) for axis in positions.T])
+    return np.array([np.interp(along_m, table.truth.way_m, axis) for axis in positions.T])
 
 
 def beginning(table: Table, to_m: float) -> tuple[Path, str]:
     """The drive up to there, and the option that tells its initial pose."""
     drive = drive_without(table, f"up_to_{to_m:.0f}", "camera.lcm")
-    end_us = table.truth.time_ns[np.searchsorted(way_m(table), to_m)] // 1000
+    end_us = table.truth.time_ns[np.searchsorted(table.truth.way_m, to_m)] // 1000
     log = lcm.EventLog(str(drive / "camera.lcm"), "w")
     for event in lcm.EventLog(str(table.drive / "camera.lcm")):
         if event.timestamp < end_us:

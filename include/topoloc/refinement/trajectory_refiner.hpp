@@ -66,7 +66,7 @@ struct RefinementConfig {
   double min_match_significance = 8.0;
   /// kAuto: so many views in a row without a significant match, and no more are matched.
   std::size_t fruitless_views = 24;
-  /// Share of the windows that must be registered; less is the wrong cloud or calibration.
+  /// Share of the stretches that must be registered; less is the wrong cloud or calibration.
   double min_registered_share = 0.4;
   /// More agreement than that with another lens, as ratio: the calibration is wrong.
   double max_lens_gain = 1.08;

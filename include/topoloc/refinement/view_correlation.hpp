@@ -48,7 +48,7 @@ ViewCorrelation correlate(const GradientField& camera, const GradientField& inte
                           int shrink, const CorrelationConfig& config);
 
 /// Value of a patch's surface if the camera is at T_world_cam; 0 beyond its range. `radial`: what
-/// the lens has of k1 beyond what the image was undistorted by.
+/// is left of a radial distortion in the undistorted image, times the squared radius.
 double agreement(const ViewCorrelation& view, const CorrelationPatch& patch, std::size_t level,
                  const PinholeCamera& camera, const RigidTransform& T_cam_world,
                  double radial = 0.0);

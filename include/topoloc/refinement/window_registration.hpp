@@ -41,7 +41,7 @@ Registration register_window(std::span<const WindowView> views, const RigidTrans
                              const SearchConfig& config);
 
 /// Another lens than the calibration's: focal length, as share of the camera's, and radial
-/// distortion (k1) beyond what the images were undistorted by.
+/// distortion left in the undistorted images, times the squared radius.
 struct LensChange {
   double focal = 1.0;
   double radial = 0.0;
