@@ -18,5 +18,6 @@ void read_speed(StrictNode& top, estimation::EstimatorConfig& config);
 void read_standstill(StrictNode& top, estimation::StandstillModel& model);
 void read_estimator(StrictNode& top, estimation::EstimatorConfig& config);
 void read_matching(StrictNode& top, matching::MatchingConfig& config);
+void read_live(StrictNode& top, LiveConfig& config);
 
 }  // namespace topoloc::config

@@ -24,6 +24,7 @@ VehicleConfig load_vehicle_config(const std::filesystem::path& file) {
   read_standstill(top, config.estimator.models.standstill);
   read_estimator(top, config.estimator);
   read_matching(top, config.matching);
+  read_live(top, config.live);
   top.finish();
 
   config.estimator.models.camera = {matching::matching_camera(config.matching),

@@ -2,9 +2,9 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/drive/frame_log.hpp"
 
-#include <stdexcept>
+#include "topoloc/drive/image_decoding.hpp"
 
-#include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
 
 namespace topoloc::drive {
 
@@ -65,19 +65,8 @@ cv::Mat FrameLog::grey(std::size_t index) {
   const std::size_t event = frames_.at(index).event;
   transport::ImageView image;
   transport::view_image(log_.event(event).data, image);
-  // OpenCV's headers over foreign memory take a mutable pointer; nothing writes through it.
-  auto* data = reinterpret_cast<unsigned char*>(const_cast<std::byte*>(image.data.data()));
-  if (image.pixelformat == transport::kPixelFormatGray) {
-    return cv::Mat(size_, CV_8UC1, data, static_cast<std::size_t>(image.row_stride_bytes)).clone();
-  }
   cv::Mat grey;
-  try {
-    grey = cv::imdecode(cv::Mat(1, static_cast<int>(image.data.size()), CV_8UC1, data),
-                        cv::IMREAD_GRAYSCALE);
-  } catch (const cv::Exception&) {
-    grey.release();  // counted below, as any image that does not decode
-  }
-  if (grey.size() != size_) {
+  if (!decode_grey(image, size_, grey)) {
     reject(FrameReject::kUndecodable, event, "JPEG data does not decode to the stated size");
     return {};
   }

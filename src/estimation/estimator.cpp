@@ -137,6 +137,7 @@ void Estimator::start_if_ready() {
   }
   x.p_world_imu += x.v_world_imu * age_s;
   history_.reset(*last_imu_, x, initial_covariance(config_.initial, config_.use_speed));
+  ++estimate_.counters.starts;
   last_fix_ns_ = last_imu_->time_ns;
   has_fix_ = false;
   travelled_from_ = x.p_world_imu;

@@ -84,13 +84,17 @@ struct MapMatcher::Impl {
         cache(map_in),
         guided_matcher(config_in.guided, config_in.min_similarity, config_in.pixel_std_px) {
     MatchingConfig free = config;
-    free.matcher = config.matcher == "guided" ? "mutual" : config.matcher;
-    free_matcher = make_matcher(free);
+    free.matcher = "mutual";
+    nearest_matcher = make_matcher(free);
+    if (config.matcher != "guided" && config.matcher != "mutual") {
+      network_matcher = make_matcher(config);
+    }
     extractor->set_mask(undistorter.mask(raw_mask, config.mask_erosion_px));
   }
 
   FrameReport match(std::int64_t time_ns, const cv::Mat& raw_grey, const Prediction& prediction,
-                    estimation::MapMatchSet& out);
+                    estimation::MapMatchSet& out, Effort effort);
+  void prefetch(const RigidTransform& T_world_imu) const;
   void select_nodes(const RigidTransform& T_world_cam, FrameReport& report);
   FrameVerdict match_nodes(bool guided, const PredictedCamera& camera, FrameReport& report,
                            estimation::MapMatchSet& out);
@@ -109,11 +113,14 @@ struct MapMatcher::Impl {
   map::NodeIndex index;
   NodeCache cache;
   GuidedMatcher guided_matcher;
-  std::unique_ptr<FeatureMatcher> free_matcher;  ///< needs no prediction
+  // Need no prediction:
+  std::unique_ptr<FeatureMatcher> nearest_matcher;
+  std::unique_ptr<FeatureMatcher> network_matcher;  ///< null where none is configured
 
   // Of the current frame; members for their memory.
   cv::Mat image;
   FeatureSet query;
+  FeatureMatcher* free_matcher = nullptr;  ///< one of the two
   std::vector<const NodeFeatures*> nodes;
   std::vector<ProjectedPoint> node_points;
   std::vector<FeatureMatch> feature_matches;
@@ -124,7 +131,8 @@ struct MapMatcher::Impl {
 };
 
 FrameReport MapMatcher::Impl::match(std::int64_t time_ns, const cv::Mat& raw_grey,
-                                    const Prediction& prediction, estimation::MapMatchSet& out) {
+                                    const Prediction& prediction, estimation::MapMatchSet& out,
+                                    Effort effort) {
   FrameReport report;
   out.frame_time_ns = time_ns;
   out.node_count = 0;
@@ -157,13 +165,27 @@ FrameReport MapMatcher::Impl::match(std::int64_t time_ns, const cv::Mat& raw_gre
     return rejected(FrameVerdict::kTooFewFeatures);
   }
 
-  const bool guided = config.matcher == "guided";
+  if (effort == Effort::kSparse) {
+    query.count = std::min(query.count, config.max_features / 2);  // best first
+  }
+  free_matcher = network_matcher && effort == Effort::kFull ? network_matcher.get()
+                                                            : nearest_matcher.get();
+  const bool guided = config.matcher == "guided" || effort != Effort::kFull;
   report.verdict = match_nodes(guided, camera, report, out);
   if (guided && report.verdict != FrameVerdict::kOk) {
     // A filter that is surer than it is right looks in the wrong place: look everywhere.
     report.verdict = match_nodes(false, camera, report, out);
   }
   return report;
+}
+
+void MapMatcher::Impl::prefetch(const RigidTransform& T_world_imu) const {
+  std::array<std::uint32_t, 2> ids{};
+  const int found = index.nearest(T_world_imu * T_imu_cam, static_cast<int>(ids.size()),
+                                  config.max_node_distance_m, config.max_node_heading_rad, ids);
+  for (int i = 0; i < found; ++i) {
+    map->prefetch(ids[static_cast<std::size_t>(i)]);
+  }
 }
 
 void MapMatcher::Impl::select_nodes(const RigidTransform& T_world_cam, FrameReport& report) {
@@ -305,8 +327,13 @@ MapMatcher::MapMatcher(MapMatcher&&) noexcept = default;
 MapMatcher& MapMatcher::operator=(MapMatcher&&) noexcept = default;
 
 FrameReport MapMatcher::match(std::int64_t time_ns, const cv::Mat& raw_grey,
-                              const Prediction& prediction, estimation::MapMatchSet& out) {
-  return impl_->match(time_ns, raw_grey, prediction, out);
+                              const Prediction& prediction, estimation::MapMatchSet& out,
+                              Effort effort) {
+  return impl_->match(time_ns, raw_grey, prediction, out, effort);
+}
+
+void MapMatcher::prefetch(const RigidTransform& T_world_imu) const {
+  impl_->prefetch(T_world_imu);
 }
 
 const PinholeCamera& MapMatcher::camera() const { return impl_->undistorter.target(); }

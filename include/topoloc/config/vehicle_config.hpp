@@ -5,6 +5,7 @@
 #include "topoloc/can/vehicle_signals.hpp"
 #include "topoloc/config/config_error.hpp"
 #include "topoloc/config/kalibr.hpp"
+#include "topoloc/config/live_config.hpp"
 #include "topoloc/estimation/estimator.hpp"
 #include "topoloc/matching/config.hpp"
 
@@ -31,6 +32,7 @@ struct VehicleConfig {
   /// (models.camera) filled in.
   estimation::EstimatorConfig estimator;
   matching::MatchingConfig matching;
+  LiveConfig live;
 };
 
 /// Reads vehicle.yaml; relative paths in it are relative to its folder. Unknown keys, missing keys,

@@ -91,6 +91,7 @@ struct Counters {
   std::array<std::uint64_t, kInsertVerdictCount> imu{};  ///< by InsertVerdict
   std::array<std::uint64_t, kInsertVerdictCount> speed{};
   std::array<std::uint64_t, kInsertVerdictCount> matches{};
+  std::uint64_t starts = 0;                 ///< times the filter was started from a pose
   std::uint64_t before_start = 0;           ///< data that came before the filter had started
   std::uint64_t forgotten = 0;              ///< data that waited when the filter was restarted
   std::uint64_t initial_pose_rejected = 0;  ///< not finite, not a rotation, or too old
@@ -134,6 +135,8 @@ class Estimator {
 
   /// Outcome of the match sets that were applied in the last tick.
   [[nodiscard]] std::span<const MapUpdateReport> map_reports() const;
+
+  [[nodiscard]] const Counters& counters() const { return estimate_.counters; }
 
   /// State at a past or future time, for the matcher; nothing before the start or the history.
   std::optional<NominalState> state_at(std::int64_t time_ns, Covariance& P) const;

@@ -9,6 +9,7 @@
 #include "topoloc/matching/predicted_camera.hpp"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string_view>
@@ -30,7 +31,16 @@ enum class FrameVerdict {
   kTooFewFeatures,  ///< dark, blurred or covered image
   kTooFewMatches,   ///< fewer than min_matches with a 3D point after outlier removal
 };
+inline constexpr std::size_t kFrameVerdicts = 6;
 std::string_view to_string(FrameVerdict verdict);
+
+/// How much work goes into a frame, most first: what a thread without time to spare does without.
+enum class Effort : std::uint8_t {
+  kFull,    ///< as configured
+  kGuided,  ///< no network matches: inside the prediction's gates, freely where that fails
+  kSparse,  ///< the same with the better half of the image's features
+};
+inline constexpr int kEfforts = 3;
 
 /// What happened to one frame, for health, logs and tuning.
 struct FrameReport {
@@ -74,7 +84,10 @@ class MapMatcher {
 
   /// `time_ns`: mid-exposure. `out` holds matches only where the verdict is kOk.
   FrameReport match(std::int64_t time_ns, const cv::Mat& raw_grey, const Prediction& prediction,
-                    estimation::MapMatchSet& out);
+                    estimation::MapMatchSet& out, Effort effort = Effort::kFull);
+
+  /// Asks the kernel to read ahead the nodes that will be nearest at a pose; returns at once.
+  void prefetch(const RigidTransform& T_world_imu) const;
 
   /// The camera that the pixels of the matches refer to.
   [[nodiscard]] const PinholeCamera& camera() const;

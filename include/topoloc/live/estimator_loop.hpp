@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#pragma once
+
+#include "topoloc/can/vehicle_signals.hpp"
+#include "topoloc/live/can_source.hpp"
+#include "topoloc/live/host_clock.hpp"
+#include "topoloc/live/tick.hpp"
+#include "topoloc/matching/predicted_camera.hpp"
+#include "topoloc/realtime/spsc_ring.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace topoloc::live {
+
+/// What the matcher wants to know: where the vehicle was at a frame's time.
+struct FramePrediction {
+  std::int64_t time_ns = 0;
+  bool known = false;  ///< false: the filter does not run, or the time is older than its history
+  matching::PosePrediction pose;
+  Eigen::Vector3d v_world_mps = Eigen::Vector3d::Zero();
+};
+
+/// A pose from outside. Without a time: the vehicle is there now, and stays until the filter has
+/// started from it.
+struct GivenPose {
+  std::optional<std::int64_t> time_ns;  ///< on the HostClock's line
+  RigidTransform T_world_imu;
+};
+
+/// All that the estimator thread shares with other threads. One thread at each end of each ring.
+struct EstimatorPorts {
+  static constexpr std::size_t kSeconds = 256;  ///< ticks that a stalled reader may miss: over 1 s
+
+  realtime::SpscRing<GivenPose> poses{4};                    ///< from the receiver
+  realtime::SpscRing<std::int64_t> asked{8};                 ///< from the matcher: frame times
+  realtime::SpscRing<FramePrediction> predictions{8};        ///< to the matcher: the answers
+  realtime::SpscRing<NumberedMatchSet> match_sets{4};        ///< from the matcher
+  realtime::SpscRing<TickOutput> outputs{kSeconds};          ///< to the publisher
+  realtime::SpscRing<TickInput> journal{kSeconds};           ///< to the recorder
+};
+
+/// What the estimator thread could not hand on, because the reader was too slow.
+struct EstimatorLosses {
+  std::uint64_t outputs = 0;
+  std::uint64_t journal = 0;
+  std::uint64_t predictions = 0;
+};
+
+/// One tick of the estimator thread: takes what has come in from bus and rings, runs the
+/// estimator, hands on what came out. All memory exists once it is constructed; tick() does not
+/// allocate, lock, block or throw, and its work is bounded: as many frames as a tick takes, one
+/// match set, and the history once over.
+class EstimatorLoop {
+ public:
+  struct Config {
+    estimation::EstimatorConfig estimator;
+    std::size_t frames_per_tick = 64;  ///< at most kMaxImuPerTick
+    bool journal = false;
+  };
+
+  /// All references outlive this. `signals` and `can` are used by tick() alone from now on.
+  EstimatorLoop(const Config& config, const HostClock& clock, can::VehicleSignals& signals,
+                CanSource& can, EstimatorPorts& ports);
+
+  /// To be called before the first tick.
+  void start_from(const RigidTransform& T_world_imu) { given_ = {std::nullopt, T_world_imu}; }
+
+  const TickOutput& tick(std::uint64_t number);
+
+  [[nodiscard]] const EstimatorLosses& losses() const { return losses_; }
+  [[nodiscard]] std::uint64_t can_frames() const { return can_frames_; }
+  /// Times that the system clock was set since the start.
+  [[nodiscard]] std::uint64_t clock_steps() const { return clock_.steps(); }
+
+ private:
+  void take_can();
+  void take_pose();
+  void answer();
+
+  bool keeps_journal_;
+  HostClock clock_;
+  can::VehicleSignals& signals_;
+  CanSource& can_;
+  EstimatorPorts& ports_;
+  std::vector<can::Frame> frames_;  ///< of one tick; never resized
+  TickInput input_;
+  TickRunner runner_;
+  std::optional<GivenPose> given_;  ///< not yet started from
+  std::uint64_t starts_when_given_ = 0;
+  std::uint64_t can_frames_ = 0;
+  EstimatorLosses losses_;
+};
+
+}  // namespace topoloc::live

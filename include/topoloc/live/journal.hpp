@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#pragma once
+
+#include "topoloc/live/tick.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+
+/// The flight recorder: what every tick took in, in LCM event logs (lcmtypes/topoloc_tick_t.lcm).
+namespace topoloc::live {
+
+/// Writes a bounded journal: journal_000001.lcm and so on in a folder, each an eighth of the whole;
+/// the oldest is removed when there would be more. Not for the estimator thread: it writes files.
+class JournalWriter {
+ public:
+  struct Origin {
+    std::string version;       ///< of the program
+    std::string vehicle_yaml;  ///< text of the configuration
+  };
+
+  /// Makes the folder if needed and removes the journal of an earlier run. Throws
+  /// std::runtime_error that names the folder.
+  JournalWriter(std::filesystem::path folder, std::size_t max_bytes, Origin origin);
+  ~JournalWriter();
+  JournalWriter(const JournalWriter&) = delete;
+  JournalWriter& operator=(const JournalWriter&) = delete;
+
+  /// A match set has to be there before the tick that names it. Throw std::runtime_error where the
+  /// disk is full or gone.
+  void add(const NumberedMatchSet& set);
+  void add(const TickInput& tick);
+  void close();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// What a journal turned out to hold.
+struct JournalSummary {
+  std::uint64_t ticks = 0;
+  /// Ticks at the beginning that were left out: the journal begins in the middle of a run (older
+  /// files are gone), and what the filter knew then is not in it. It is replayed from the first
+  /// initial pose on.
+  std::uint64_t left_out = 0;
+  std::uint64_t lost_ticks = 0;  ///< the recorder was too slow for them
+  std::uint64_t lost_match_sets = 0;  ///< named by a tick, not found
+  std::uint64_t unreadable = 0;  ///< messages, and places where the files are damaged
+  std::string vehicle_yaml;      ///< text of the configuration it was recorded with
+
+  /// An estimator of the same configuration gives what the live one gave, bit for bit.
+  [[nodiscard]] bool is_exact() const {
+    return left_out + lost_ticks + lost_match_sets + unreadable == 0;
+  }
+};
+
+/// Feeds the ticks of a journal, in their order, to `take` (with the match set that the tick names,
+/// or null). Throws std::runtime_error that names the folder if there is no journal or nothing in
+/// it can be replayed.
+JournalSummary read_journal(
+    const std::filesystem::path& folder,
+    const std::function<void(const TickInput&, const estimation::MapMatchSet*)>& take);
+
+}  // namespace topoloc::live

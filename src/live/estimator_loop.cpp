@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/live/estimator_loop.hpp"
+
+#include <algorithm>
+
+namespace topoloc::live {
+
+EstimatorLoop::EstimatorLoop(const Config& config, const HostClock& clock,
+                             can::VehicleSignals& signals, CanSource& can, EstimatorPorts& ports)
+    : keeps_journal_(config.journal),
+      clock_(clock),
+      signals_(signals),
+      can_(can),
+      ports_(ports),
+      frames_(std::min(config.frames_per_tick, kMaxImuPerTick)),
+      runner_(config.estimator) {}
+
+const TickOutput& EstimatorLoop::tick(std::uint64_t number) {
+  clock_.watch();
+  input_.tick = number;
+  input_.now_ns = clock_.now_ns();
+  input_.system_offset_ns = clock_.system_offset_ns();
+  take_can();
+  take_pose();
+  const NumberedMatchSet* matches = ports_.match_sets.read_slot();
+  input_.match_set.reset();
+  if (matches != nullptr) {
+    input_.match_set = matches->number;
+  }
+  const TickOutput& output = runner_.run(input_, matches != nullptr ? &matches->set : nullptr);
+  if (matches != nullptr) {
+    ports_.match_sets.commit_read();
+  }
+  answer();
+  losses_.outputs += ports_.outputs.try_push(output) ? 0 : 1;
+  if (keeps_journal_) {
+    input_.lost_before = losses_.journal;
+    losses_.journal += ports_.journal.try_push(input_) ? 0 : 1;
+  }
+  return output;
+}
+
+void EstimatorLoop::take_can() {
+  input_.imu_count = 0;
+  input_.speed_count = 0;
+  const std::size_t count = can_.receive(frames_);
+  can_frames_ += count;
+  for (std::size_t i = 0; i < count; ++i) {
+    can::Frame& frame = frames_[i];
+    frame.time_ns = clock_.from_system(frame.time_ns);
+    const can::VehicleSamples samples = signals_.feed(frame);
+    if (samples.imu) {
+      input_.imu[input_.imu_count++] = *samples.imu;
+    }
+    if (samples.speed) {
+      input_.speed[input_.speed_count++] = *samples.speed;
+    }
+  }
+}
+
+void EstimatorLoop::take_pose() {
+  input_.initial_pose.reset();
+  const std::uint64_t starts = runner_.estimator().counters().starts;
+  GivenPose newer;
+  while (ports_.poses.try_pop(newer)) {
+    given_ = newer;
+    starts_when_given_ = starts;
+  }
+  if (!given_) {
+    return;
+  }
+  if (given_->time_ns) {
+    input_.initial_pose = {.time_ns = *given_->time_ns, .T_world_imu = given_->T_world_imu};
+    given_.reset();
+  } else if (starts > starts_when_given_) {
+    given_.reset();
+  } else if (input_.imu_count > 0) {
+    // Offered with each inertial sample until there is a speed, too, and the filter starts.
+    input_.initial_pose = {.time_ns = input_.imu[0].time_ns, .T_world_imu = given_->T_world_imu};
+  }
+}
+
+void EstimatorLoop::answer() {
+  std::int64_t time_ns = 0;
+  // One a tick: the matcher works on one frame at a time.
+  if (!ports_.asked.try_pop(time_ns)) {
+    return;
+  }
+  FramePrediction prediction{.time_ns = time_ns, .pose = {}};
+  estimation::Covariance P;
+  if (const auto state = runner_.estimator().state_at(time_ns, P)) {
+    prediction.known = true;
+    prediction.pose = {state->T_world_imu(), P.topLeftCorner<6, 6>()};
+    prediction.v_world_mps = state->v_world_imu;
+  }
+  losses_.predictions += ports_.predictions.try_push(prediction) ? 0 : 1;
+}
+
+}  // namespace topoloc::live

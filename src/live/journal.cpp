@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/live/journal.hpp"
+
+#include "topoloc/transport/lcm_log.hpp"
+
+#include "live/journal_messages.hpp"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <system_error>
+#include <vector>
+
+#include <fmt/core.h>
+#include <topoloc/journal_start_t.hpp>
+
+namespace topoloc::live {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kStart = "JOURNAL_START";
+constexpr const char* kTick = "JOURNAL_TICK";
+constexpr const char* kMatchSet = "JOURNAL_MATCH_SET";
+constexpr std::size_t kFiles = 8;
+
+bool is_journal_file(const fs::path& path) {
+  return path.extension() == ".lcm" && path.filename().string().starts_with("journal_");
+}
+
+/// In the order of their numbers.
+std::vector<fs::path> journal_files(const fs::path& folder) {
+  std::vector<fs::path> files;
+  if (fs::is_directory(folder)) {
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+      if (is_journal_file(entry.path())) {
+        files.push_back(entry.path());
+      }
+    }
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+}  // namespace
+
+struct JournalWriter::Impl {
+  fs::path folder;
+  std::size_t max_file_bytes;
+  Origin origin;
+  std::size_t file_number = 0;
+  std::size_t file_bytes = 0;
+  std::optional<transport::LcmLogWriter> log;
+  tick_t tick;
+  match_set_t match_set;
+  std::vector<std::byte> encoded;
+
+  template <typename Message>
+  void write(const char* channel, std::int64_t time_us, const Message& message) {
+    encoded.resize(static_cast<std::size_t>(message.getEncodedSize()));
+    message.encode(encoded.data(), 0, static_cast<int>(encoded.size()));
+    log->write(time_us, channel, encoded);
+    constexpr std::size_t kEventHeaderBytes = 28;
+    file_bytes += kEventHeaderBytes + std::char_traits<char>::length(channel) + encoded.size();
+  }
+
+  void next_file(std::int64_t time_us) {
+    if (log) {
+      log->close();
+    }
+    ++file_number;
+    log.emplace(folder / fmt::format("journal_{:06}.lcm", file_number));
+    file_bytes = 0;
+    if (file_number > kFiles) {
+      std::error_code ignored;
+      fs::remove(folder / fmt::format("journal_{:06}.lcm", file_number - kFiles), ignored);
+    }
+    journal_start_t start;
+    start.utime = time_us;
+    start.from_start = static_cast<std::int8_t>(file_number == 1 ? 1 : 0);
+    start.version = origin.version;
+    start.vehicle_yaml = origin.vehicle_yaml;
+    write(kStart, time_us, start);
+  }
+
+  /// Between ticks only: a match set and the tick that names it are in one file.
+  void turn_over_if_full(std::int64_t time_us) {
+    if (!log || file_bytes > max_file_bytes) {
+      next_file(time_us);
+    }
+  }
+};
+
+JournalWriter::JournalWriter(fs::path folder, std::size_t max_bytes, Origin origin)
+    : impl_(std::make_unique<Impl>()) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (!error) {
+    for (const fs::path& old : journal_files(folder)) {
+      fs::remove(old, error);
+    }
+  }
+  if (error) {
+    throw std::runtime_error(folder.string() + ": cannot be used for the journal: " +
+                             error.message());
+  }
+  impl_->folder = std::move(folder);
+  impl_->max_file_bytes = max_bytes / kFiles;
+  impl_->origin = std::move(origin);
+  impl_->next_file(0);
+}
+
+JournalWriter::~JournalWriter() = default;
+
+void JournalWriter::add(const NumberedMatchSet& set) {
+  to_message(set, impl_->match_set);
+  impl_->write(kMatchSet, set.set.frame_time_ns / 1000, impl_->match_set);
+}
+
+void JournalWriter::add(const TickInput& tick) {
+  to_message(tick, impl_->tick);
+  impl_->write(kTick, tick.now_ns / 1000, impl_->tick);
+  impl_->turn_over_if_full(tick.now_ns / 1000);
+}
+
+void JournalWriter::close() { impl_->log->close(); }
+
+namespace {
+
+/// Reads the events of a journal one after the other.
+class JournalReader {
+ public:
+  explicit JournalReader(
+      const std::function<void(const TickInput&, const estimation::MapMatchSet*)>& take)
+      : take_(take) {}
+
+  void read(const fs::path& file) {
+    const transport::LcmLogReader log(file);
+    summary_.unreadable += log.damage().corrupt_regions + (log.damage().truncated ? 1 : 0);
+    for (std::size_t i = 0; i < log.size(); ++i) {
+      const transport::LogEvent event = log.event(i);
+      const bool readable = event.channel == kTick       ? read_tick(event.data)
+                            : event.channel == kMatchSet ? read_match_set(event.data)
+                            : event.channel == kStart    ? read_start(event.data)
+                                                         : true;
+      summary_.unreadable += readable ? 0 : 1;
+    }
+  }
+
+  [[nodiscard]] const JournalSummary& summary() const { return summary_; }
+
+ private:
+  template <typename Message>
+  static bool decode(std::span<const std::byte> data, Message& message) {
+    try {
+      return message.decode(data.data(), 0, static_cast<int>(data.size())) >= 0;
+    } catch (const std::exception&) {  // a damaged length: more memory than there is
+      return false;
+    }
+  }
+
+  bool read_start(std::span<const std::byte> data) {
+    journal_start_t start;
+    if (!decode(data, start)) {
+      return false;
+    }
+    known_ = known_ || start.from_start != 0;
+    summary_.vehicle_yaml = start.vehicle_yaml;
+    return true;
+  }
+
+  bool read_match_set(std::span<const std::byte> data) {
+    NumberedMatchSet set;
+    if (!decode(data, set_message_) || !from_message(set_message_, set)) {
+      return false;
+    }
+    sets_.insert_or_assign(set.number, std::move(set.set));
+    return true;
+  }
+
+  bool read_tick(std::span<const std::byte> data) {
+    if (!decode(data, tick_message_) || !from_message(tick_message_, tick_)) {
+      return false;
+    }
+    known_ = known_ || tick_.initial_pose.has_value();
+    const auto set = tick_.match_set ? sets_.find(*tick_.match_set) : sets_.end();
+    if (!known_) {
+      ++summary_.left_out;
+    } else {
+      summary_.lost_match_sets += tick_.match_set && set == sets_.end() ? 1 : 0;
+      summary_.lost_ticks = tick_.lost_before;
+      ++summary_.ticks;
+      take_(tick_, set != sets_.end() ? &set->second : nullptr);
+    }
+    if (set != sets_.end()) {
+      sets_.erase(sets_.begin(), std::next(set));
+    }
+    return true;
+  }
+
+  const std::function<void(const TickInput&, const estimation::MapMatchSet*)>& take_;
+  JournalSummary summary_;
+  bool known_ = false;  // the state of the filter is
+  std::map<std::uint64_t, estimation::MapMatchSet> sets_;  // not yet taken in
+  tick_t tick_message_;
+  match_set_t set_message_;
+  TickInput tick_;
+};
+
+}  // namespace
+
+JournalSummary read_journal(
+    const fs::path& folder,
+    const std::function<void(const TickInput&, const estimation::MapMatchSet*)>& take) {
+  const std::vector<fs::path> files = journal_files(folder);
+  if (files.empty()) {
+    throw std::runtime_error(folder.string() + ": no journal (journal_*.lcm) in this folder");
+  }
+  JournalReader reader(take);
+  for (const fs::path& file : files) {
+    reader.read(file);
+  }
+  if (reader.summary().ticks == 0) {
+    throw std::runtime_error(folder.string() +
+                             ": the journal begins in the middle of a run, and no initial pose "
+                             "follows: nothing to start the filter from");
+  }
+  return reader.summary();
+}
+
+}  // namespace topoloc::live
