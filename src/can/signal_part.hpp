@@ -37,7 +37,7 @@ struct MultiplexCondition {
 /// The part of a sample that comes in one kind of frame: one message, with one choice of
 /// multiplexor values, on one interface. Built at start; reading it allocates nothing.
 struct SignalPart {
-  std::uint64_t key = 0;  ///< frame_key() of its frames; parts are sorted by it
+  FrameId id;  ///< of its frames; parts are sorted by it
   std::array<char, kMaxInterfaceNameBytes + 1> interface_name{};  ///< empty: any
   SampleGroup group = SampleGroup::kImu;
   std::size_t index = 0;  ///< of this part within its group
@@ -53,11 +53,6 @@ struct SignalPart {
   [[nodiscard]] std::optional<SignalReject> read(const Frame& frame, SampleValues& values,
                                                  std::uint64_t& raw) const;
 };
-
-/// Standard and extended ids are different messages even where the numbers agree.
-inline std::uint64_t frame_key(std::uint32_t id, bool extended) {
-  return std::uint64_t{id} | (extended ? std::uint64_t{1} << 32 : 0);
-}
 
 /// The conditions under which a signal is in its message's frames.
 std::vector<MultiplexCondition> multiplex_conditions(const SignalRef& ref);

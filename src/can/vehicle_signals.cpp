@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <set>
 
 namespace topoloc::can {
 
@@ -25,12 +26,12 @@ VehicleSignals& VehicleSignals::operator=(VehicleSignals&&) noexcept = default;
 VehicleSamples VehicleSignals::feed(const Frame& frame) noexcept {
   VehicleSamples samples;
   Table& table = *table_;
-  const std::uint64_t key = frame_key(frame.id, frame.extended);
-  const auto by_key = [](const SignalPart& part, std::uint64_t k) { return part.key < k; };
-  auto part = std::lower_bound(table.parts.begin(), table.parts.end(), key, by_key);
+  const FrameId id = {frame.id, frame.extended};
+  const auto by_id = [](const SignalPart& part, const FrameId& wanted) { return part.id < wanted; };
+  auto part = std::lower_bound(table.parts.begin(), table.parts.end(), id, by_id);
   bool taken = false;
   bool mismatch = false;
-  for (; part != table.parts.end() && part->key == key; ++part) {
+  for (; part != table.parts.end() && part->id == id; ++part) {
     if (!part->takes_interface_of(frame)) {
       continue;
     }
@@ -109,6 +110,14 @@ std::optional<SignalReject> VehicleSignals::Table::read(const SignalPart& part, 
   samples.speed = estimation::SpeedSample{.time_ns = frame.time_ns,
                                           .speed_mps = reversing ? -speed_mps : speed_mps};
   return std::nullopt;
+}
+
+std::vector<UsedMessage> VehicleSignals::used_messages() const {
+  std::set<UsedMessage> used;
+  for (const SignalPart& part : table_->parts) {
+    used.insert({.interface = part.interface_name.data(), .id = part.id});
+  }
+  return {used.begin(), used.end()};
 }
 
 std::uint64_t VehicleSignals::rejected(SignalReject reason) const {

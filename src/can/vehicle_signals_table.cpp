@@ -121,8 +121,7 @@ VehicleSignals::Table::Table(const VehicleSignalsConfig& config) {
   add_direction(dbcs, config);
   // The direction first: it holds for the wheel speeds that come in the same frame.
   std::stable_sort(parts.begin(), parts.end(), [](const SignalPart& a, const SignalPart& b) {
-    return a.key != b.key ? a.key < b.key
-                          : a.group == SampleGroup::kDirection && b.group != a.group;
+    return a.id != b.id ? a.id < b.id : a.group == SampleGroup::kDirection && b.group != a.group;
   });
 }
 
@@ -134,14 +133,14 @@ std::size_t VehicleSignals::Table::part_count(SampleGroup group) const {
 SignalPart& VehicleSignals::Table::part_of(const SignalRef& ref, SampleGroup group,
                                            std::string_view interface) {
   SignalPart wanted;
-  wanted.key = frame_key(ref.message->id, ref.message->extended);
+  wanted.id = {ref.message->id, ref.message->extended};
   wanted.group = group;
   wanted.conditions = multiplex_conditions(ref);
   wanted.index = part_count(group);
   std::copy_n(interface.begin(), std::min(interface.size(), kMaxInterfaceNameBytes),
               wanted.interface_name.begin());
   const auto found = std::find_if(parts.begin(), parts.end(), [&](const SignalPart& part) {
-    return part.key == wanted.key && part.group == group &&
+    return part.id == wanted.id && part.group == group &&
            same_conditions(part.conditions, wanted.conditions);
   });
   return found != parts.end() ? *found : parts.emplace_back(std::move(wanted));
@@ -180,7 +179,7 @@ void VehicleSignals::Table::add_imu(DbcSet& dbcs, const VehicleSignalsConfig& co
     }
     counter_bits = ref.signal->coding.length_bits;
     for (SignalPart& part : parts) {
-      if (part.key == frame_key(ref.message->id, ref.message->extended)) {
+      if (part.id == FrameId{ref.message->id, ref.message->extended}) {
         part.raw_signal = ref.signal->coding;
       }
     }

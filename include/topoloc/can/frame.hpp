@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <compare>
 #include <cstdint>
 #include <span>
 #include <string_view>
@@ -19,6 +20,13 @@ enum class FrameKind : std::uint8_t {
   kData,
   kRemote,  ///< a request: has a length, carries no data
   kError,   ///< made by the controller, not by a node; id is the error class
+};
+
+/// Standard and extended ids are different messages even where the numbers agree.
+struct FrameId {
+  std::uint32_t id = 0;  ///< 11 or 29 bits, without flags
+  bool extended = false;
+  auto operator<=>(const FrameId&) const = default;
 };
 
 /// One frame as it was on the bus. Trivially copyable: it passes through ring buffers.

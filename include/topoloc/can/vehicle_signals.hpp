@@ -7,6 +7,7 @@
 #include "topoloc/estimation/measurements.hpp"
 
 #include <array>
+#include <compare>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -85,6 +86,13 @@ struct VehicleSamples {
   std::optional<estimation::SpeedSample> speed;
 };
 
+/// Frames that signals are read from.
+struct UsedMessage {
+  std::string interface;  ///< as configured; empty: any
+  FrameId id;
+  auto operator<=>(const UsedMessage&) const = default;
+};
+
 /// Turns CAN frames into IMU and speed samples. The stamps of a sensor's samples increase, but for
 /// where its clock was set: frames whose stamps go back or leap ahead are rejected until as many in
 /// a row as make five samples agree on the new time; from then on that is the sensor's time.
@@ -101,6 +109,9 @@ class VehicleSignals {
   /// interfaces cost a binary search and are no rejects. Until the first direction frame the
   /// vehicle is taken to drive forward.
   VehicleSamples feed(const Frame& frame) noexcept;
+
+  /// All frames that feed() looks at, each once, sorted: what a bus filter must let through.
+  [[nodiscard]] std::vector<UsedMessage> used_messages() const;
 
   [[nodiscard]] std::uint64_t rejected(SignalReject reason) const;
   [[nodiscard]] std::uint64_t rejected_total() const;

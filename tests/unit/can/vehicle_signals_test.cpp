@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/can/vehicle_signals.hpp"
 
+#include "topoloc/can/can_receiver.hpp"
+
 #include "support/allocation_trap.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -458,6 +460,54 @@ TEST_F(VehicleSignalsTest, BadConfigurationsSayWhatIsWrong) {
   expect_error("/nowhere/car.dbc: cannot open");
   config_.dbcs = {};
   expect_error("no DBC file");
+}
+
+TEST_F(VehicleSignalsTest, ListsTheMessagesThatABusFilterMustLetThrough) {
+  with_imu_counters();
+  config_.imu.interface = "imu0";
+  config_.wheels.speeds = {"FRONT.FL", "FRONT.FR", "REAR.RL"};
+  const VehicleSignals signals(config_);
+  EXPECT_THAT(
+      signals.used_messages(),
+      ::testing::ElementsAre(UsedMessage{"", {512, false}}, UsedMessage{"", {513, false}},
+                             UsedMessage{"imu0", {256, false}}, UsedMessage{"imu0", {257, false}}));
+}
+
+TEST_F(VehicleSignalsTest, AsksEveryInterfaceForItsIdsOnly) {
+  with_imu();
+  config_.imu.interface = "imu0";
+  config_.wheels.speeds = {"FRONT.FL"};
+  const VehicleSignals signals(config_);
+  const auto inputs = can_inputs(signals, {"can0", "imu0=vcan1"});
+  ASSERT_EQ(inputs.size(), 2U);
+  EXPECT_EQ(inputs[0].device, "can0");
+  EXPECT_THAT(inputs[0].ids, ::testing::ElementsAre(FrameId{512, false}));
+  EXPECT_EQ(inputs[1].device, "vcan1");
+  EXPECT_EQ(inputs[1].interface, "imu0");
+  EXPECT_THAT(inputs[1].ids, ::testing::ElementsAre(FrameId{512, false}, FrameId{256, false},
+                                                    FrameId{257, false}));
+}
+
+TEST_F(VehicleSignalsTest, LeavesOutInterfacesThatCarryNothing) {
+  with_imu();
+  config_.imu.interface = "can0";
+  const VehicleSignals signals(config_);
+  EXPECT_EQ(can_inputs(signals, {"can0", "can1"}).size(), 1U);
+}
+
+TEST_F(VehicleSignalsTest, RefusesDevicesThatDoNotFitTheSignals) {
+  with_imu();
+  config_.imu.interface = "imu0";
+  const VehicleSignals signals(config_);
+  const auto refused = [&](const std::vector<std::string>& devices, const std::string& why) {
+    EXPECT_THAT([&] { can_inputs(signals, devices); },
+                ThrowsMessage<std::invalid_argument>(HasSubstr(why)));
+  };
+  refused({}, "no CAN interface is given");
+  refused({"can0"}, "signals come on CAN interface 'imu0'");
+  refused({"imu0", "imu0"}, "given twice");
+  refused({"imu0=can0", "can1=can0"}, "given twice");
+  refused({"imu0="}, "expected NAME or NAME=DEVICE");
 }
 
 }  // namespace

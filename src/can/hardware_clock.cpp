@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/can/hardware_clock.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace topoloc::can {
+
+std::int64_t HardwareClock::unix_ns(std::int64_t hardware_ns, std::int64_t software_ns) noexcept {
+  const std::int64_t difference_ns = software_ns - hardware_ns;
+  const std::int64_t elapsed_ns = hardware_ns - last_hardware_ns_;
+  last_hardware_ns_ = hardware_ns;
+  if (running_ && elapsed_ns >= 0) {
+    const std::int64_t drift_ns = std::llround(kMaxDrift * static_cast<double>(elapsed_ns));
+    offset_ns_ = std::min(offset_ns_ + drift_ns, difference_ns);
+  }
+  if (!running_ || elapsed_ns < 0 || difference_ns - offset_ns_ > kMaxDelay_ns) {
+    offset_ns_ = difference_ns;
+  }
+  running_ = true;
+  return hardware_ns + offset_ns_;
+}
+
+}  // namespace topoloc::can

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/can/hardware_clock.hpp"
+
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace topoloc::can {
+namespace {
+
+constexpr std::int64_t kUnix_ns = 1'700'000'000'000'000'000;
+constexpr std::int64_t kMillisecond_ns = 1'000'000;
+
+TEST(HardwareClock, TakesAwayTheKernelsDelays) {
+  HardwareClock clock;
+  std::mt19937 random(1);
+  std::uniform_int_distribution<std::int64_t> delay_ns(5'000, 4 * kMillisecond_ns);
+  std::int64_t worst_ns = 0;
+  for (int i = 0; i < 10'000; ++i) {
+    const std::int64_t hardware_ns = i * 10 * kMillisecond_ns;
+    const std::int64_t true_ns = kUnix_ns + hardware_ns + hardware_ns / 20'000;  // 50e-6 fast
+    const std::int64_t software_ns = true_ns + delay_ns(random);
+    const std::int64_t time_ns = clock.unix_ns(hardware_ns, software_ns);
+    EXPECT_LE(time_ns, software_ns);
+    if (i > 100) {
+      worst_ns = std::max(worst_ns, std::abs(time_ns - true_ns));
+    }
+  }
+  EXPECT_LT(worst_ns, 300'000);
+}
+
+TEST(HardwareClock, NeverGoesBackWhileBothClocksGoOn) {
+  HardwareClock clock;
+  std::mt19937 random(2);
+  std::uniform_int_distribution<std::int64_t> delay_ns(0, 900'000);
+  std::int64_t last_ns = 0;
+  for (int i = 0; i < 10'000; ++i) {
+    const std::int64_t hardware_ns = i * kMillisecond_ns;
+    const auto time_ns = clock.unix_ns(hardware_ns, kUnix_ns + hardware_ns + delay_ns(random));
+    EXPECT_GT(time_ns, last_ns);
+    last_ns = time_ns;
+  }
+}
+
+TEST(HardwareClock, FollowsWhenTheSystemsClockIsSet) {
+  HardwareClock clock;
+  EXPECT_EQ(clock.unix_ns(1000, kUnix_ns), kUnix_ns);
+  const std::int64_t hour_ns = 3'600'000 * kMillisecond_ns;
+  EXPECT_EQ(clock.unix_ns(2000, kUnix_ns + hour_ns), kUnix_ns + hour_ns);
+  EXPECT_EQ(clock.unix_ns(3000, kUnix_ns - hour_ns), kUnix_ns - hour_ns);
+}
+
+TEST(HardwareClock, FollowsWhenTheControllerStartsAnew) {
+  HardwareClock clock;
+  clock.unix_ns(5'000 * kMillisecond_ns, kUnix_ns);
+  EXPECT_EQ(clock.unix_ns(7, kUnix_ns + kMillisecond_ns), kUnix_ns + kMillisecond_ns);
+  EXPECT_EQ(clock.unix_ns(8, kUnix_ns + 2 * kMillisecond_ns), kUnix_ns + kMillisecond_ns + 1);
+}
+
+}  // namespace
+}  // namespace topoloc::can
