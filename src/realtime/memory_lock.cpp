@@ -114,7 +114,7 @@ void keep_heap(std::size_t reserve_bytes) {
 
 std::size_t prefault_stack(std::size_t bytes) {
   // What the functions called here need themselves.
-  constexpr std::size_t kMargin = 16 * 1024;
+  constexpr std::size_t kMargin = std::size_t{16} * 1024;
   const std::size_t left = stack_left();
   const std::size_t touched = left > kMargin ? std::min(bytes, left - kMargin) : 0;
   if (touched > 0) {

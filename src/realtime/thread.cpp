@@ -18,7 +18,7 @@ namespace topoloc::realtime {
 
 namespace {
 
-constexpr std::size_t kMinStackBytes = 64 * 1024;
+constexpr std::size_t kMinStackBytes = std::size_t{64} * 1024;
 
 void check(const ThreadConfig& config) {
   const auto fail = [&config](const std::string& what) {

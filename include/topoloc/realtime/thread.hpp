@@ -16,7 +16,8 @@ struct ThreadConfig {
   int fifo_priority = 0;  ///< 1 to 99: SCHED_FIFO; 0: scheduled as ordinary threads are
   std::vector<int> cpus =
       {};  ///< the only ones it may run on; empty: as the thread that creates it
-  std::size_t stack_bytes = 512 * 1024;  ///< at least 64 kB; all of it is touched beforehand
+  std::size_t stack_bytes =
+      std::size_t{512} * 1024;  ///< at least 64 kB; all of it is touched beforehand
 };
 
 /// A thread whose resources exist before its work begins.
