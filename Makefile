@@ -16,7 +16,7 @@ setup: ## Install packages, Python environment, third-party libraries and models
 models: setup ## Export ALIKED and DISK too, 7 minutes (docs/models.md)
 	@.venv/bin/python tools/export_models.py --models aliked-n16 disk
 
-build: setup ## Build everything (PRESET=release, debug, asan or tsan)
+build: setup ## Build everything (PRESET=release, debug, asan, tsan or traps)
 	@cmake --preset $(PRESET)
 	@cmake --build build/$(PRESET)
 

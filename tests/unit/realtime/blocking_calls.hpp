@@ -73,6 +73,12 @@ struct CallSubjects {
     if (!joined) {
       pthread_join(ended, nullptr);
     }
+    sem_destroy(&semaphore);
+    pthread_barrier_destroy(&barrier);
+    pthread_spin_destroy(&spinlock);
+    pthread_cond_destroy(&condition);
+    pthread_rwlock_destroy(&rwlock);
+    pthread_mutex_destroy(&mutex);
   }
   CallSubjects(const CallSubjects&) = delete;
   CallSubjects& operator=(const CallSubjects&) = delete;
@@ -154,46 +160,95 @@ inline const std::vector<BlockingCall>& blocking_calls() {
          EXPECT_EQ(brk(end), 0);
        }},
       {"mutex_lock", "pthread_mutex_lock",
-       [](CallSubjects& f) { EXPECT_EQ(pthread_mutex_lock(&f.mutex), 0); }},
+       [](CallSubjects& f) {
+         EXPECT_EQ(pthread_mutex_lock(&f.mutex), 0);
+         pthread_mutex_unlock(&f.mutex);
+       }},
       {"mutex_trylock", "pthread_mutex_trylock",
-       [](CallSubjects& f) { EXPECT_EQ(pthread_mutex_trylock(&f.mutex), 0); }},
+       [](CallSubjects& f) {
+         EXPECT_EQ(pthread_mutex_trylock(&f.mutex), 0);
+         pthread_mutex_unlock(&f.mutex);
+       }},
       {"mutex_timedlock", "pthread_mutex_timedlock",
-       [](CallSubjects& f) { EXPECT_EQ(pthread_mutex_timedlock(&f.mutex, &kPast), 0); }},
+       [](CallSubjects& f) {
+         EXPECT_EQ(pthread_mutex_timedlock(&f.mutex, &kPast), 0);
+         pthread_mutex_unlock(&f.mutex);
+       }},
       {"mutex_clocklock", "pthread_mutex_clocklock",
        [](CallSubjects& f) {
          EXPECT_EQ(pthread_mutex_clocklock(&f.mutex, CLOCK_MONOTONIC, &kPast), 0);
+         pthread_mutex_unlock(&f.mutex);
        }},
-      {"std_mutex", "pthread_mutex_lock", [](CallSubjects& f) { f.std_mutex.lock(); }},
+      {"std_mutex", "pthread_mutex_lock",
+       [](CallSubjects& f) {
+         f.std_mutex.lock();
+         f.std_mutex.unlock();
+       }},
       {"std_mutex_try_lock", "pthread_mutex_trylock",
-       [](CallSubjects& f) { EXPECT_TRUE(f.std_mutex.try_lock()); }},
+       [](CallSubjects& f) {
+         EXPECT_TRUE(f.std_mutex.try_lock());
+         f.std_mutex.unlock();
+       }},
       {"std_timed_mutex", "pthread_mutex_clocklock",
-       [](CallSubjects& f) { EXPECT_TRUE(f.std_timed_mutex.try_lock_for(std::chrono::hours(1))); }},
+       [](CallSubjects& f) {
+         EXPECT_TRUE(f.std_timed_mutex.try_lock_for(std::chrono::hours(1)));
+         f.std_timed_mutex.unlock();
+       }},
       {"spin_lock", "pthread_spin_lock",
-       [](CallSubjects& f) { EXPECT_EQ(pthread_spin_lock(&f.spinlock), 0); }},
+       [](CallSubjects& f) {
+         EXPECT_EQ(pthread_spin_lock(&f.spinlock), 0);
+         pthread_spin_unlock(&f.spinlock);
+       }},
       {"spin_trylock", "pthread_spin_trylock",
-       [](CallSubjects& f) { EXPECT_EQ(pthread_spin_trylock(&f.spinlock), 0); }},
+       [](CallSubjects& f) {
+         EXPECT_EQ(pthread_spin_trylock(&f.spinlock), 0);
+         pthread_spin_unlock(&f.spinlock);
+       }},
       {"rwlock_rdlock", "pthread_rwlock_rdlock",
-       [](CallSubjects& f) { EXPECT_EQ(pthread_rwlock_rdlock(&f.rwlock), 0); }},
+       [](CallSubjects& f) {
+         EXPECT_EQ(pthread_rwlock_rdlock(&f.rwlock), 0);
+         pthread_rwlock_unlock(&f.rwlock);
+       }},
       {"rwlock_tryrdlock", "pthread_rwlock_tryrdlock",
-       [](CallSubjects& f) { EXPECT_EQ(pthread_rwlock_tryrdlock(&f.rwlock), 0); }},
+       [](CallSubjects& f) {
+         EXPECT_EQ(pthread_rwlock_tryrdlock(&f.rwlock), 0);
+         pthread_rwlock_unlock(&f.rwlock);
+       }},
       {"rwlock_timedrdlock", "pthread_rwlock_timedrdlock",
-       [](CallSubjects& f) { EXPECT_EQ(pthread_rwlock_timedrdlock(&f.rwlock, &kPast), 0); }},
+       [](CallSubjects& f) {
+         EXPECT_EQ(pthread_rwlock_timedrdlock(&f.rwlock, &kPast), 0);
+         pthread_rwlock_unlock(&f.rwlock);
+       }},
       {"rwlock_clockrdlock", "pthread_rwlock_clockrdlock",
        [](CallSubjects& f) {
          EXPECT_EQ(pthread_rwlock_clockrdlock(&f.rwlock, CLOCK_MONOTONIC, &kPast), 0);
+         pthread_rwlock_unlock(&f.rwlock);
        }},
       {"rwlock_wrlock", "pthread_rwlock_wrlock",
-       [](CallSubjects& f) { EXPECT_EQ(pthread_rwlock_wrlock(&f.rwlock), 0); }},
+       [](CallSubjects& f) {
+         EXPECT_EQ(pthread_rwlock_wrlock(&f.rwlock), 0);
+         pthread_rwlock_unlock(&f.rwlock);
+       }},
       {"rwlock_trywrlock", "pthread_rwlock_trywrlock",
-       [](CallSubjects& f) { EXPECT_EQ(pthread_rwlock_trywrlock(&f.rwlock), 0); }},
+       [](CallSubjects& f) {
+         EXPECT_EQ(pthread_rwlock_trywrlock(&f.rwlock), 0);
+         pthread_rwlock_unlock(&f.rwlock);
+       }},
       {"rwlock_timedwrlock", "pthread_rwlock_timedwrlock",
-       [](CallSubjects& f) { EXPECT_EQ(pthread_rwlock_timedwrlock(&f.rwlock, &kPast), 0); }},
+       [](CallSubjects& f) {
+         EXPECT_EQ(pthread_rwlock_timedwrlock(&f.rwlock, &kPast), 0);
+         pthread_rwlock_unlock(&f.rwlock);
+       }},
       {"rwlock_clockwrlock", "pthread_rwlock_clockwrlock",
        [](CallSubjects& f) {
          EXPECT_EQ(pthread_rwlock_clockwrlock(&f.rwlock, CLOCK_MONOTONIC, &kPast), 0);
+         pthread_rwlock_unlock(&f.rwlock);
        }},
       {"std_shared_mutex", "pthread_rwlock_rdlock",
-       [](CallSubjects& f) { f.std_shared_mutex.lock_shared(); }},
+       [](CallSubjects& f) {
+         f.std_shared_mutex.lock_shared();
+         f.std_shared_mutex.unlock_shared();
+       }},
       {"cond_wait", "pthread_cond_wait",
        [](CallSubjects& f) {
          std::atomic<bool> woken{false};
@@ -209,6 +264,7 @@ inline const std::vector<BlockingCall>& blocking_calls() {
            });
          }
          EXPECT_EQ(pthread_cond_wait(&f.condition, &f.mutex), 0);
+         pthread_mutex_unlock(&f.mutex);
          woken.store(true);
          waker.join();
        }},
@@ -219,6 +275,7 @@ inline const std::vector<BlockingCall>& blocking_calls() {
            pthread_mutex_lock(&f.mutex);
          }
          EXPECT_EQ(pthread_cond_timedwait(&f.condition, &f.mutex, &kPast), ETIMEDOUT);
+         pthread_mutex_unlock(&f.mutex);
        }},
       {"cond_clockwait", "pthread_cond_clockwait",
        [](CallSubjects& f) {
@@ -228,6 +285,7 @@ inline const std::vector<BlockingCall>& blocking_calls() {
          }
          EXPECT_EQ(pthread_cond_clockwait(&f.condition, &f.mutex, CLOCK_MONOTONIC, &kPast),
                    ETIMEDOUT);
+         pthread_mutex_unlock(&f.mutex);
        }},
       {"cond_signal", "pthread_cond_signal",
        [](CallSubjects& f) { EXPECT_EQ(pthread_cond_signal(&f.condition), 0); }},

@@ -2,7 +2,10 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/realtime/cyclic_loop.hpp"
 
+#include "topoloc/realtime/triple_buffer.hpp"
+
 #include <atomic>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -140,6 +143,31 @@ TEST(CyclicLoop, AccountsForEveryPeriodOfRealTime) {
   EXPECT_GE(stats.overruns, 1U);
   EXPECT_EQ(stats.execution_time.count(), stats.cycles);
   EXPECT_EQ(stats.wakeup_latency.count(), stats.cycles - stats.overruns);
+}
+
+// Under ThreadSanitizer this also proves that snapshots are taken without a race.
+TEST(CyclicLoop, AnotherThreadSeesWholeSnapshots) {
+  CyclicLoop<> loop(100'000);
+  TripleBuffer<CycleStats> shown;
+  std::atomic<bool> stop{false};
+  std::thread looping([&] { loop.run(stop, [&](const Cycle&) { shown.write(loop.stats()); }); });
+  std::uint64_t inconsistent = 0;
+  for (int seen = 0; seen < 50;) {
+    if (!shown.update()) {
+      std::this_thread::yield();
+      continue;
+    }
+    ++seen;
+    const CycleStats& stats = shown.read();
+    const std::int64_t begun =
+        (stats.last_woken_ns - stats.first_deadline_ns) / stats.period_ns + 1;
+    inconsistent += static_cast<std::int64_t>(stats.cycles + stats.missed) != begun ? 1 : 0;
+    inconsistent += stats.wakeup_latency.count() + stats.overruns != stats.cycles ? 1 : 0;
+    inconsistent += stats.execution_time.count() + 1 != stats.cycles ? 1 : 0;
+  }
+  stop.store(true);
+  looping.join();
+  EXPECT_EQ(inconsistent, 0U);
 }
 
 }  // namespace
