@@ -5,10 +5,22 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <iterator>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 
 namespace topoloc::apps {
+
+/// Throws std::runtime_error that names the file.
+inline std::string read_text(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (!file) {
+    throw std::runtime_error(path.string() + ": cannot be read");
+  }
+  return text;
+}
 
 /// Writes a text to a file, or to stdout where its name is "-". Throws std::runtime_error that
 /// names the file.

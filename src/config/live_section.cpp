@@ -27,7 +27,6 @@ void read_live(StrictNode& top, LiveConfig& config) {
 
   StrictNode can = live.section("can");
   can.read("interfaces", config.can_interfaces);
-  can.read("frames_per_tick", config.can_frames_per_tick, {1, 1024});
   can.read("buffer_bytes", config.can_buffer_bytes, {4096, 1 << 28});
   can.finish();
 

@@ -13,7 +13,6 @@ EstimatorLoop::EstimatorLoop(const Config& config, const HostClock& clock,
       signals_(signals),
       can_(can),
       ports_(ports),
-      frames_(std::min(config.frames_per_tick, kMaxImuPerTick)),
       runner_(config.estimator) {}
 
 const TickOutput& EstimatorLoop::tick(std::uint64_t number) {
@@ -44,10 +43,11 @@ const TickOutput& EstimatorLoop::tick(std::uint64_t number) {
 void EstimatorLoop::take_can() {
   input_.imu_count = 0;
   input_.speed_count = 0;
-  const std::size_t count = can_.receive(frames_);
-  can_frames_ += count;
+  const std::span<const can::Frame> frames = can_.receive();
+  const std::size_t count = std::min(frames.size(), kMaxFramesPerTick);
+  over_tick_ += frames.size() - count;
   for (std::size_t i = 0; i < count; ++i) {
-    can::Frame& frame = frames_[i];
+    can::Frame frame = frames[i];
     frame.time_ns = clock_.from_system(frame.time_ns);
     const can::VehicleSamples samples = signals_.feed(frame);
     if (samples.imu) {
@@ -95,6 +95,17 @@ void EstimatorLoop::answer() {
     prediction.v_world_mps = state->v_world_imu;
   }
   losses_.predictions += ports_.predictions.try_push(prediction) ? 0 : 1;
+}
+
+void EstimatorLoop::report(EstimatorStatus& status) const {
+  status.losses = losses_;
+  status.can = can_.counters();
+  for (std::size_t i = 0; i < status.signals.size(); ++i) {
+    status.signals[i] = signals_.rejected(static_cast<can::SignalReject>(i));
+  }
+  status.sensor_clock_steps = signals_.new_time_lines();
+  status.system_clock_steps = clock_.steps();
+  status.over_tick = over_tick_;
 }
 
 }  // namespace topoloc::live

@@ -8,10 +8,10 @@
 namespace topoloc::live {
 namespace {
 
-constexpr std::int64_t kFuture_ns = 5'000'000;     // noise of two clocks
-constexpr std::int64_t kLeap_ns = 50'000'000;      // of a stamp against its reception
-constexpr std::int64_t kSame_ns = 25'000'000;      // between delays of one clock setting
-constexpr int kFramesToBelieve = 5;                // after a leap
+constexpr std::int64_t kFuture_ns = 5'000'000;      // noise of two clocks
+constexpr std::int64_t kLeap_ns = 50'000'000;       // of a stamp against its reception
+constexpr std::int64_t kSame_ns = 25'000'000;       // between delays of one clock setting
+constexpr int kFramesToBelieve = 5;                 // after a leap
 constexpr std::int64_t kWindow_ns = 5'000'000'000;  // a shortest delay is looked for so long
 
 bool alike(std::int64_t a_ns, std::int64_t b_ns) { return std::abs(a_ns - b_ns) <= kSame_ns; }

@@ -4,7 +4,6 @@
 
 #include <cstdlib>
 #include <limits>
-
 #include <time.h>
 
 namespace topoloc::live {

@@ -12,10 +12,10 @@
 #include <span>
 #include <stdexcept>
 #include <system_error>
+#include <topoloc/journal_start_t.hpp>
 #include <vector>
 
 #include <fmt/core.h>
-#include <topoloc/journal_start_t.hpp>
 
 namespace topoloc::live {
 namespace {
@@ -104,8 +104,8 @@ JournalWriter::JournalWriter(fs::path folder, std::size_t max_bytes, Origin orig
     }
   }
   if (error) {
-    throw std::runtime_error(folder.string() + ": cannot be used for the journal: " +
-                             error.message());
+    throw std::runtime_error(folder.string() +
+                             ": cannot be used for the journal: " + error.message());
   }
   impl_->folder = std::move(folder);
   impl_->max_file_bytes = max_bytes / kFiles;
@@ -203,7 +203,7 @@ class JournalReader {
 
   const std::function<void(const TickInput&, const estimation::MapMatchSet*)>& take_;
   JournalSummary summary_;
-  bool known_ = false;  // the state of the filter is
+  bool known_ = false;                                     // the state of the filter is
   std::map<std::uint64_t, estimation::MapMatchSet> sets_;  // not yet taken in
   tick_t tick_message_;
   match_set_t set_message_;

@@ -5,7 +5,6 @@
 #include "topoloc/live/tick.hpp"
 
 #include <optional>
-
 #include <topoloc/match_set_t.hpp>
 #include <topoloc/tick_t.hpp>
 

@@ -90,8 +90,8 @@ FrameFate MatchWorker::take(const CameraFrame& frame) {
   count(status_.verdicts, report.verdict);
   status_.damaged_nodes += static_cast<std::uint64_t>(report.damaged_nodes);
   status_.extract.record(to_ns(report.times.undistort_ms + report.times.extract_ms));
-  status_.match.record(to_ns(report.times.select_ms + report.times.match_ms +
-                             report.times.outliers_ms));
+  status_.match.record(
+      to_ns(report.times.select_ms + report.times.match_ms + report.times.outliers_ms));
   const bool matched = report.verdict == matching::FrameVerdict::kOk;
   const bool handed_over = matched && hand_over();
   note_latency(clock_.now_ns() - frame.received_ns);

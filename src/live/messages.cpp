@@ -53,7 +53,10 @@ estimate_t to_estimate(const TickOutput& output) {
   copy(e.state.accel_bias_mps2, m.accel_bias);
   copy(e.state.gyro_bias_radps, m.gyro_bias);
   copy(e.state.gravity_mps2, m.gravity);
-  copy_rows<6>(e.P.topLeftCorner<6, 6>(), m.covariance);
+  // Without a pose nothing is known, and zeros would say the contrary.
+  constexpr double kUnknown = 1e12;
+  const estimation::PoseCovariance unknown = kUnknown * estimation::PoseCovariance::Identity();
+  copy_rows<6>(has_pose(output) ? e.P.topLeftCorner<6, 6>() : unknown, m.covariance);
   m.mode = static_cast<std::int8_t>(e.mode);
   m.reasons = static_cast<std::int32_t>(e.reasons);
   m.since_fix_s = e.since_fix_s;

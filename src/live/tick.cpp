@@ -6,13 +6,13 @@ namespace topoloc::live {
 
 TickRunner::TickRunner(const estimation::EstimatorConfig& config) : estimator_(config) {}
 
-const TickOutput& TickRunner::run(const TickInput& input,
-                                  const estimation::MapMatchSet* set) {
+const TickOutput& TickRunner::run(const TickInput& input, const estimation::MapMatchSet* set) {
   const estimation::TickInputs inputs{.imu = std::span(input.imu).first(input.imu_count),
                                       .speed = std::span(input.speed).first(input.speed_count),
                                       .matches = std::span(&set, set != nullptr ? 1 : 0),
                                       .initial_pose = input.initial_pose};
   output_.tick = input.tick;
+  output_.now_ns = input.now_ns;
   output_.system_offset_ns = input.system_offset_ns;
   output_.estimate = estimator_.tick(input.now_ns, inputs);
   if (input.imu_count > 0) {

@@ -168,8 +168,8 @@ FrameReport MapMatcher::Impl::match(std::int64_t time_ns, const cv::Mat& raw_gre
   if (effort == Effort::kSparse) {
     query.count = std::min(query.count, config.max_features / 2);  // best first
   }
-  free_matcher = network_matcher && effort == Effort::kFull ? network_matcher.get()
-                                                            : nearest_matcher.get();
+  free_matcher =
+      network_matcher && effort == Effort::kFull ? network_matcher.get() : nearest_matcher.get();
   const bool guided = config.matcher == "guided" || effort != Effort::kFull;
   report.verdict = match_nodes(guided, camera, report, out);
   if (guided && report.verdict != FrameVerdict::kOk) {
@@ -332,9 +332,7 @@ FrameReport MapMatcher::match(std::int64_t time_ns, const cv::Mat& raw_grey,
   return impl_->match(time_ns, raw_grey, prediction, out, effort);
 }
 
-void MapMatcher::prefetch(const RigidTransform& T_world_imu) const {
-  impl_->prefetch(T_world_imu);
-}
+void MapMatcher::prefetch(const RigidTransform& T_world_imu) const { impl_->prefetch(T_world_imu); }
 
 const PinholeCamera& MapMatcher::camera() const { return impl_->undistorter.target(); }
 

@@ -30,7 +30,6 @@ struct LiveConfig {
 
   /// Opened where `can.imu`, `can.wheels` and `can.direction` name no interface.
   std::vector<std::string> can_interfaces{"can0"};
-  int can_frames_per_tick = 64;  ///< taken from the socket at most
   int can_buffer_bytes = 1 << 20;
 
   std::string lcm_url = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4000000";
@@ -39,8 +38,8 @@ struct LiveConfig {
   /// A frame's match set is to be with the estimator so long after it has come in.
   double latency_budget_s = 0.1;
 
-  std::filesystem::path journal;  ///< folder of the flight recorder; empty: none
-  int journal_mb = 256;           ///< it keeps at most so much
+  std::filesystem::path journal;    ///< folder of the flight recorder; empty: none
+  int journal_mb = 256;             ///< it keeps at most so much
   std::filesystem::path last_pose;  ///< file that keeps the last good pose; empty: none
 };
 

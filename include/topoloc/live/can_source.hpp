@@ -2,9 +2,9 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #pragma once
 
+#include "topoloc/can/can_counters.hpp"
 #include "topoloc/can/frame.hpp"
 
-#include <cstddef>
 #include <span>
 
 namespace topoloc::live {
@@ -14,10 +14,11 @@ class CanSource {
  public:
   virtual ~CanSource() = default;
 
-  /// Takes what has come in, in the order of its stamps (by the system clock), as much as fits; the
-  /// rest stays for the next call. Called by the estimator thread: does not block, allocate, lock
-  /// or throw.
-  virtual std::size_t receive(std::span<can::Frame> frames) noexcept = 0;
+  /// What has come in, in the order of its stamps (by the system clock), up to a limit; the rest
+  /// stays for the next call, until which the span is valid. Called by the estimator thread: does
+  /// not block, allocate, lock or throw.
+  virtual std::span<const can::Frame> receive() noexcept = 0;
+  [[nodiscard]] virtual can::CanCounters counters() const noexcept = 0;
 };
 
 }  // namespace topoloc::live

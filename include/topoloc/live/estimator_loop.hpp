@@ -9,9 +9,9 @@
 #include "topoloc/matching/predicted_camera.hpp"
 #include "topoloc/realtime/spsc_ring.hpp"
 
+#include <array>
 #include <cstdint>
 #include <optional>
-#include <vector>
 
 namespace topoloc::live {
 
@@ -34,12 +34,12 @@ struct GivenPose {
 struct EstimatorPorts {
   static constexpr std::size_t kSeconds = 256;  ///< ticks that a stalled reader may miss: over 1 s
 
-  realtime::SpscRing<GivenPose> poses{4};                    ///< from the receiver
-  realtime::SpscRing<std::int64_t> asked{8};                 ///< from the matcher: frame times
-  realtime::SpscRing<FramePrediction> predictions{8};        ///< to the matcher: the answers
-  realtime::SpscRing<NumberedMatchSet> match_sets{4};        ///< from the matcher
-  realtime::SpscRing<TickOutput> outputs{kSeconds};          ///< to the publisher
-  realtime::SpscRing<TickInput> journal{kSeconds};           ///< to the recorder
+  realtime::SpscRing<GivenPose> poses{4};              ///< from the receiver
+  realtime::SpscRing<std::int64_t> asked{8};           ///< from the matcher: frame times
+  realtime::SpscRing<FramePrediction> predictions{8};  ///< to the matcher: the answers
+  realtime::SpscRing<NumberedMatchSet> match_sets{4};  ///< from the matcher
+  realtime::SpscRing<TickOutput> outputs{kSeconds};    ///< to the publisher
+  realtime::SpscRing<TickInput> journal{kSeconds};     ///< to the recorder
 };
 
 /// What the estimator thread could not hand on, because the reader was too slow.
@@ -49,15 +49,24 @@ struct EstimatorLosses {
   std::uint64_t predictions = 0;
 };
 
+/// How the estimator thread's inputs and outputs are doing, since the start.
+struct EstimatorStatus {
+  EstimatorLosses losses;
+  can::CanCounters can;
+  std::array<std::uint64_t, can::kSignalRejectCount> signals{};  ///< by can::SignalReject
+  std::uint64_t sensor_clock_steps = 0;  ///< times that the clock of IMU or wheels was set
+  std::uint64_t system_clock_steps = 0;  ///< times that the system clock was
+  std::uint64_t over_tick = 0;           ///< CAN frames beyond those that a tick can take, lost
+};
+
 /// One tick of the estimator thread: takes what has come in from bus and rings, runs the
 /// estimator, hands on what came out. All memory exists once it is constructed; tick() does not
-/// allocate, lock, block or throw, and its work is bounded: as many frames as a tick takes, one
-/// match set, and the history once over.
+/// allocate, lock, block or throw, and its work is bounded: kMaxFramesPerTick frames, one match
+/// set, and the history gone over as often.
 class EstimatorLoop {
  public:
   struct Config {
     estimation::EstimatorConfig estimator;
-    std::size_t frames_per_tick = 64;  ///< at most kMaxImuPerTick
     bool journal = false;
   };
 
@@ -70,10 +79,8 @@ class EstimatorLoop {
 
   const TickOutput& tick(std::uint64_t number);
 
-  [[nodiscard]] const EstimatorLosses& losses() const { return losses_; }
-  [[nodiscard]] std::uint64_t can_frames() const { return can_frames_; }
-  /// Times that the system clock was set since the start.
-  [[nodiscard]] std::uint64_t clock_steps() const { return clock_.steps(); }
+  /// For the thread that ticks.
+  void report(EstimatorStatus& status) const;
 
  private:
   void take_can();
@@ -85,12 +92,11 @@ class EstimatorLoop {
   can::VehicleSignals& signals_;
   CanSource& can_;
   EstimatorPorts& ports_;
-  std::vector<can::Frame> frames_;  ///< of one tick; never resized
   TickInput input_;
   TickRunner runner_;
   std::optional<GivenPose> given_;  ///< not yet started from
   std::uint64_t starts_when_given_ = 0;
-  std::uint64_t can_frames_ = 0;
+  std::uint64_t over_tick_ = 0;
   EstimatorLosses losses_;
 };
 

@@ -23,8 +23,8 @@ const char* name(FrameStamp stamp);
 /// How the camera's time stamps relate to the time of their reception, since the start.
 struct FrameTiming {
   std::array<std::uint64_t, kFrameStamps> stamps{};  ///< by FrameStamp
-  std::uint64_t steps = 0;  ///< times that the camera's clock was set
-  double correction_s = 0.0;  ///< added to the stamps to make up for that
+  std::uint64_t steps = 0;                           ///< times that the camera's clock was set
+  double correction_s = 0.0;                         ///< added to the stamps to make up for that
   double delay_ms = 0.0;   ///< shortest way from exposure to reception, lately
   double drift_ppm = 0.0;  ///< how that changes: the camera's clock is slow where positive
 };

@@ -21,7 +21,8 @@ class HostClock {
   /// Time on the line.
   [[nodiscard]] std::int64_t now_ns() const;
 
-  /// Looks whether the system clock was set; to be called now and then, before stamps are converted.
+  /// Looks whether the system clock was set; to be called now and then, before stamps are
+  /// converted.
   void watch();
   /// What was added to the system clock since the start, slewing not counted.
   [[nodiscard]] std::int64_t system_offset_ns() const { return system_offset_ns_; }

@@ -48,10 +48,10 @@ struct JournalSummary {
   /// files are gone), and what the filter knew then is not in it. It is replayed from the first
   /// initial pose on.
   std::uint64_t left_out = 0;
-  std::uint64_t lost_ticks = 0;  ///< the recorder was too slow for them
+  std::uint64_t lost_ticks = 0;       ///< the recorder was too slow for them
   std::uint64_t lost_match_sets = 0;  ///< named by a tick, not found
-  std::uint64_t unreadable = 0;  ///< messages, and places where the files are damaged
-  std::string vehicle_yaml;      ///< text of the configuration it was recorded with
+  std::uint64_t unreadable = 0;       ///< messages, and places where the files are damaged
+  std::string vehicle_yaml;           ///< text of the configuration it was recorded with
 
   /// An estimator of the same configuration gives what the live one gave, bit for bit.
   [[nodiscard]] bool is_exact() const {

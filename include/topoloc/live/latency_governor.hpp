@@ -32,9 +32,9 @@ class LatencyGovernor {
   int last_level_;
   int level_ = 0;
   int misses_in_row_ = 0;
-  int frames_ = 0;      // on this level, since the last miss
-  int debt_ = 0;        // misses not made up for, in frames to come
-  int patience_;        // frames with time to spare before a level up
+  int frames_ = 0;        // on this level, since the last miss
+  int debt_ = 0;          // misses not made up for, in frames to come
+  int patience_;          // frames with time to spare before a level up
   bool climbed_ = false;  // the level was reached from below, on trial
   std::uint64_t missed_ = 0;
   std::uint64_t slowdowns_ = 0;

@@ -21,25 +21,25 @@ namespace topoloc::live {
 
 /// What became of a frame that reached the matcher.
 enum class FrameFate : std::uint8_t {
-  kMatched,         ///< its match set went to the estimator
-  kUndecodable,     ///< JPEG data that is none
-  kNotStarted,      ///< the filter does not run, or the frame is older than its history
-  kNoPrediction,    ///< the estimator did not answer
-  kNotMatched,      ///< matching::FrameVerdict says why
-  kEstimatorBusy,   ///< the estimator has not taken the sets before
+  kMatched,        ///< its match set went to the estimator
+  kUndecodable,    ///< JPEG data that is none
+  kNotStarted,     ///< the filter does not run, or the frame is older than its history
+  kNoPrediction,   ///< the estimator did not answer
+  kNotMatched,     ///< matching::FrameVerdict says why
+  kEstimatorBusy,  ///< the estimator has not taken the sets before
 };
 inline constexpr std::size_t kFrameFates = 6;
 const char* name(FrameFate fate);
 
 /// How the matcher is doing, since the start.
 struct MatcherStatus {
-  std::array<std::uint64_t, kFrameFates> frames{};  ///< by FrameFate
+  std::array<std::uint64_t, kFrameFates> frames{};                 ///< by FrameFate
   std::array<std::uint64_t, matching::kFrameVerdicts> verdicts{};  ///< by matching::FrameVerdict
   std::uint64_t damaged_nodes = 0;
-  std::uint64_t over_budget = 0;   ///< frames that took longer than the latency budget
-  std::uint64_t slowdowns = 0;     ///< times that less effort was chosen
-  std::uint64_t unrecorded = 0;    ///< match sets that the recorder was too slow for
-  int effort = 0;                  ///< of the next frame: matching::Effort
+  std::uint64_t over_budget = 0;       ///< frames that took longer than the latency budget
+  std::uint64_t slowdowns = 0;         ///< times that less effort was chosen
+  std::uint64_t unrecorded = 0;        ///< match sets that the recorder was too slow for
+  int effort = 0;                      ///< of the next frame: matching::Effort
   realtime::LatencyHistogram extract;  ///< undistortion and features
   realtime::LatencyHistogram match;    ///< nodes, matches, outliers
   realtime::LatencyHistogram total;    ///< from reception to the end

@@ -4,7 +4,6 @@
 
 #include "topoloc/live/tick.hpp"
 
-
 #include <topoloc/estimate_t.hpp>
 #include <topoloc/geo_pose_t.hpp>
 #include <topoloc/pose_t.hpp>

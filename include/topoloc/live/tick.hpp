@@ -10,8 +10,8 @@
 
 namespace topoloc::live {
 
-inline constexpr std::size_t kMaxImuPerTick = 64;
-inline constexpr std::size_t kMaxSpeedPerTick = 64;
+/// A sample comes with at least one frame, so there are never more of them.
+inline constexpr std::size_t kMaxFramesPerTick = 64;
 
 /// A match set on its way from the matcher to the estimator. Numbers count up by one.
 struct NumberedMatchSet {
@@ -22,21 +22,22 @@ struct NumberedMatchSet {
 /// Everything that one tick of the estimator took in: whoever feeds an estimator with the same
 /// configuration the same ticks gets the same estimates, bit for bit.
 struct TickInput {
-  std::uint64_t tick = 0;    ///< number; missed ticks are counted
-  std::int64_t now_ns = 0;   ///< on the HostClock's line, as all times here
+  std::uint64_t tick = 0;             ///< number; missed ticks are counted
+  std::int64_t now_ns = 0;            ///< on the HostClock's line, as all times here
   std::int64_t system_offset_ns = 0;  ///< HostClock's
   std::uint64_t lost_before = 0;      ///< ticks that the recorder was too slow for
   std::optional<estimation::InitialPose> initial_pose;
   std::optional<std::uint64_t> match_set;  ///< its number
   std::size_t imu_count = 0;
   std::size_t speed_count = 0;
-  std::array<estimation::ImuSample, kMaxImuPerTick> imu{};
-  std::array<estimation::SpeedSample, kMaxSpeedPerTick> speed{};
+  std::array<estimation::ImuSample, kMaxFramesPerTick> imu{};
+  std::array<estimation::SpeedSample, kMaxFramesPerTick> speed{};
 };
 
 /// What came out of it.
 struct TickOutput {
   std::uint64_t tick = 0;
+  std::int64_t now_ns = 0;
   std::int64_t system_offset_ns = 0;
   estimation::Estimate estimate;
   estimation::ImuSample imu;  ///< newest

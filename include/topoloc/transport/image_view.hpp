@@ -24,6 +24,7 @@ enum class ImageVerdict : std::uint8_t {
   kBadSize,        ///< size negative, zero or (GRAY) less than the pixels need
   kUnknownFormat,  ///< pixelformat is neither GRAY nor MJPEG
 };
+inline constexpr std::size_t kImageVerdicts = 6;
 std::string_view name(ImageVerdict verdict);
 
 /// An image_t message, read in place.

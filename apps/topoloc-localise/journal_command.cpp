@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/config/vehicle_config.hpp"
+#include "topoloc/live/journal.hpp"
+#include "topoloc/live/messages.hpp"
+#include "topoloc/localiser/result_files.hpp"
+#include "topoloc/transport/lcm_log.hpp"
+
+#include "commands.hpp"
+#include "common/text_file.hpp"
+
+#include <cstddef>
+#include <stdexcept>
+#include <vector>
+
+#include <fmt/core.h>
+
+namespace topoloc::apps {
+namespace {
+
+/// An LCM event log with what a live process publishes on its estimate channel.
+class EstimateLog {
+ public:
+  EstimateLog(const std::filesystem::path& file, std::string channel)
+      : log_(file), channel_(std::move(channel)) {}
+
+  void add(const live::TickOutput& output) {
+    const estimate_t message = live::to_estimate(output);
+    encoded_.resize(static_cast<std::size_t>(message.getEncodedSize()));
+    message.encode(encoded_.data(), 0, static_cast<int>(encoded_.size()));
+    log_.write(message.utime, channel_, encoded_);
+  }
+  void close() { log_.close(); }
+
+ private:
+  transport::LcmLogWriter log_;
+  std::string channel_;
+  std::vector<std::byte> encoded_;
+};
+
+void warn(const std::string& text) { fmt::print(stderr, "topoloc-localise: warning: {}\n", text); }
+
+void tell(const Options& options, const live::JournalSummary& summary) {
+  if (summary.vehicle_yaml != read_text(options.config)) {
+    warn(options.config.string() + ": is not what the journal was recorded with");
+  }
+  if (summary.left_out > 0) {
+    warn(
+        fmt::format("the journal begins in the middle of a run: {} ticks before the first initial "
+                    "pose in it were left out, and the rest may differ from what was published",
+                    summary.left_out));
+  }
+  if (summary.lost_ticks + summary.lost_match_sets + summary.unreadable > 0) {
+    warn(
+        fmt::format("the journal has gaps ({} ticks and {} match sets lost, {} places "
+                    "unreadable): the rest may differ from what was published",
+                    summary.lost_ticks, summary.lost_match_sets, summary.unreadable));
+  }
+}
+
+}  // namespace
+
+void replay_journal(const Options& options) {
+  const config::VehicleConfig vehicle = config::load_vehicle_config(options.config);
+  live::TickRunner runner(vehicle.estimator);
+  localiser::ResultFiles files(options.out);
+  std::filesystem::path log_file = options.out;
+  log_file.replace_extension(".lcm");
+  EstimateLog log(log_file, vehicle.live.channels.estimate);
+  const live::JournalSummary summary = live::read_journal(
+      options.replay, [&](const live::TickInput& tick, const estimation::MapMatchSet* set) {
+        const live::TickOutput& output = runner.run(tick, set);
+        log.add(output);
+        if (live::has_pose(output)) {
+          files.add(output.estimate);
+        }
+      });
+  log.close();
+  files.finish({});
+  tell(options, summary);
+  fmt::print("{}: {} ticks replayed{}; estimates as published in {}\n", options.out.string(),
+             summary.ticks, summary.is_exact() ? ", exactly" : "", log_file.string());
+}
+
+}  // namespace topoloc::apps

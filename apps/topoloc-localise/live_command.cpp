@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/live/live_process.hpp"
+
+#include "commands.hpp"
+#include "common/initial_pose.hpp"
+#include "common/text_file.hpp"
+#include "service_notifier.hpp"
+#include "vehicle_options.hpp"
+
+#include <csignal>
+#include <cstdlib>
+
+#include <fmt/core.h>
+
+namespace topoloc::apps {
+namespace {
+
+/// SIGTERM and SIGINT, taken in by the main thread when it asks: no other thread is interrupted.
+class EndSignals {
+ public:
+  EndSignals() {
+    sigemptyset(&signals_);
+    sigaddset(&signals_, SIGTERM);
+    sigaddset(&signals_, SIGINT);
+    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
+  }
+
+  /// Waits a tenth of a second at most; whether one came.
+  [[nodiscard]] bool wait() const {
+    const timespec timeout{.tv_sec = 0, .tv_nsec = 50'000'000};
+    return sigtimedwait(&signals_, nullptr, &timeout) > 0;
+  }
+
+ private:
+  sigset_t signals_{};
+};
+
+void print_end(const live::ProcessStatus& status) {
+  const realtime::CycleStats& cycles = status.estimator.cycles;
+  fmt::print(
+      "stopped: {} estimates published, {} ticks missed, {} map fixes accepted, {} rejected, "
+      "last mode {}\n",
+      status.publisher.published, cycles.missed, status.newest.estimate.counters.map_accepted,
+      status.newest.estimate.counters.map_rejected, estimation::name(status.newest.estimate.mode));
+}
+
+}  // namespace
+
+int localise_live(const Options& options) {
+  const EndSignals signals;  // before any thread
+  live::LiveOptions live{.vehicle_yaml = read_text(options.config),
+                         .version = TOPOLOC_VERSION,
+                         .map = {},
+                         .initial_pose = {}};
+  if (!options.dead_reckoning) {
+    live.map = options.map;
+  }
+  if (!options.initial_pose.empty()) {
+    live.initial_pose = parse_initial_pose(options.initial_pose);
+  }
+  live::LiveProcess process(load_vehicle(options), std::move(live));
+  for (const std::string& warning : process.warnings()) {
+    fmt::print(stderr, "topoloc-localise: warning: {}\n", warning);
+  }
+  const ServiceNotifier service;
+  process.start();
+  service.notify("READY=1");
+  fmt::print("running\n");
+  std::fflush(stdout);
+
+  std::uint64_t ticks = 0;
+  while (!signals.wait() && !process.stop_requested()) {
+    // A watchdog of the system restarts a process whose estimator does not tick.
+    const std::uint64_t now = process.ticks();
+    if (now != ticks) {
+      service.notify("WATCHDOG=1");
+    }
+    ticks = now;
+  }
+  service.notify("STOPPING=1");
+  const bool clean = process.stop();
+  print_end(process.last_status());
+  if (!clean) {
+    // The matcher is in the middle of a frame; nothing of what it does is waited for any more.
+    std::fflush(stdout);
+    std::_Exit(0);
+  }
+  return 0;
+}
+
+}  // namespace topoloc::apps

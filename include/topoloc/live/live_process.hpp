@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#pragma once
+
+#include "topoloc/config/vehicle_config.hpp"
+#include "topoloc/live/status_message.hpp"
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace topoloc::live {
+
+struct LiveOptions {
+  std::string vehicle_yaml;                    ///< text of the configuration, for the journal
+  std::string version;                         ///< of the program, likewise
+  std::optional<std::filesystem::path> map;    ///< without: dead reckoning
+  std::optional<RigidTransform> initial_pose;  ///< else the last one kept, if there is one
+};
+
+/// The vehicle process: estimator, matcher, LCM receiver, publisher and recorder, each in its own
+/// thread (docs/architecture.md).
+class LiveProcess {
+ public:
+  /// Makes everything the threads need: reads DBC, models and map, opens LCM and CAN, allocates,
+  /// locks memory, prefaults stacks. Throws std::runtime_error (and its kin) that says what is
+  /// wrong. Block signals that shall end the process before: threads inherit that.
+  LiveProcess(config::VehicleConfig vehicle, LiveOptions options);
+  /// Stops it.
+  ~LiveProcess();
+  LiveProcess(const LiveProcess&) = delete;
+  LiveProcess& operator=(const LiveProcess&) = delete;
+
+  /// What the system denies and the process runs without: one line each, with what to do.
+  [[nodiscard]] const std::vector<std::string>& warnings() const;
+
+  void start();
+  /// Last estimates and a last status go out, the journal is closed. Returns within some 100 ms,
+  /// but for a matcher in the middle of a frame: false if it is, and then only a quick exit of the
+  /// whole program is clean.
+  bool stop();
+
+  /// An LCM command asked for the end.
+  [[nodiscard]] bool stop_requested() const;
+  /// Ticks so far: a watchdog sees by it whether the estimator lives.
+  [[nodiscard]] std::uint64_t ticks() const;
+  /// After stop(): as last published.
+  [[nodiscard]] const ProcessStatus& last_status() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace topoloc::live

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/live/last_pose.hpp"
+
+#include "topoloc/evaluation/trajectory.hpp"
+
+#include <exception>
+#include <system_error>
+
+namespace topoloc::live {
+
+bool write_last_pose(const std::filesystem::path& file, const LastPose& pose) {
+  std::filesystem::path beside = file;
+  beside += ".tmp";
+  try {
+    evaluation::write_tum(beside, {{pose.time_ns, pose.T_world_imu}});
+    std::filesystem::rename(beside, file);
+  } catch (const std::exception&) {
+    std::error_code ignored;
+    std::filesystem::remove(beside, ignored);
+    return false;
+  }
+  return true;
+}
+
+std::optional<LastPose> read_last_pose(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file)) {
+    return std::nullopt;
+  }
+  const evaluation::Trajectory poses = evaluation::read_tum(file);
+  return LastPose{poses.back().time_ns, poses.back().T_world_imu};
+}
+
+}  // namespace topoloc::live

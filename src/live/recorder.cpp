@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/live/recorder.hpp"
+
+#include <chrono>
+#include <exception>
+#include <thread>
+
+namespace topoloc::live {
+
+void Recorder::run(const std::atomic<bool>& stop) {
+  constexpr auto kPause = std::chrono::milliseconds(20);
+  try {
+    while (true) {
+      const bool stopping = stop.load(std::memory_order_acquire);
+      write_all();
+      if (stopping) {
+        break;
+      }
+      std::this_thread::sleep_for(kPause);
+    }
+    journal_.close();
+  } catch (const std::exception&) {  // the vehicle drives on without
+    failed_.store(true, std::memory_order_relaxed);
+  }
+}
+
+void Recorder::write_all() {
+  while (const TickInput* tick = ticks_.read_slot()) {
+    // The set that a tick names was recorded before the estimator had it.
+    if (tick->match_set) {
+      write_match_sets();
+    }
+    journal_.add(*tick);
+    ticks_.commit_read();
+  }
+  write_match_sets();
+}
+
+void Recorder::write_match_sets() {
+  while (const NumberedMatchSet* set = match_sets_.read_slot()) {
+    journal_.add(*set);
+    match_sets_.commit_read();
+  }
+}
+
+}  // namespace topoloc::live
