@@ -82,7 +82,7 @@ void print_summary(const Options& options, const nlohmann::json& figures,
 
 void run(const Options& options) {
   localiser::BatchOptions batch;
-  batch.frames = localiser::parse_frame_selection(options.frames);
+  batch.frames = topoloc::drive::parse_frame_selection(options.frames);
   batch.start_s = options.start_s;
   batch.use_speed = !options.no_speed;
   batch.match_delay_s = options.match_delay_s;
