@@ -56,7 +56,7 @@ void print_summary(const Options& options, const nlohmann::json& figures, const 
 
 void localise_drive(const Options& options) {
   localiser::BatchOptions batch;
-  batch.frames = localiser::parse_frame_selection(options.frames);
+  batch.frames = drive::parse_frame_selection(options.frames);
   batch.start_s = options.start_s;
   batch.use_speed = !options.no_speed;
   batch.match_delay_s = options.match_delay_s;

@@ -286,6 +286,23 @@ StrictNode StrictNode::required_section(const char* key) {
   return section(key);
 }
 
+std::vector<StrictNode> StrictNode::items(const char* key) {
+  const YAML::Node value = ask(key);
+  std::vector<StrictNode> result;
+  if (value.IsNull()) {
+    return result;
+  }
+  if (!value.IsSequence()) {
+    throw error(key, "expected a list of maps, " + found(value));
+  }
+  const std::string path = (path_.empty() ? "" : path_ + ".") + key;
+  for (const YAML::Node& item : value) {
+    result.push_back(
+        {item, file_, path + "[" + std::to_string(result.size()) + "]", item.Mark().line + 1});
+  }
+  return result;
+}
+
 void StrictNode::finish() const {
   for (const auto& entry : node_) {
     const std::string& key = entry.first.Scalar();

@@ -56,6 +56,8 @@ class StrictNode {
   /// A nested map; an absent one reads as empty, so that its defaults apply.
   StrictNode section(const char* key);
   StrictNode required_section(const char* key);
+  /// A list of maps; empty where the key is absent.
+  std::vector<StrictNode> items(const char* key);
   /// Whether the key is there with a value; counts as asking for it.
   bool has(const char* key);
   /// A required list of rows of numbers, all of `columns`.

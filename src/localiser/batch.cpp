@@ -114,7 +114,7 @@ class FramePipeline {
   void take_frames(std::int64_t now_ns, const estimation::Estimator& estimator,
                    BatchResult& result) {
     for (; next_ < log_.size() && log_.time_ns(next_) <= now_ns; ++next_) {
-      if (selected(options_.frames, next_)) {
+      if (drive::selected(options_.frames, next_)) {
         match(next_, estimator, result);
       }
     }
@@ -189,31 +189,6 @@ void note_updates(std::span<const estimation::MapUpdateReport> reports, BatchRes
 }
 
 }  // namespace
-
-FrameSelection parse_frame_selection(const std::string& text) {
-  if (text == "all") {
-    return FrameSelection::kAll;
-  }
-  if (text == "even") {
-    return FrameSelection::kEven;
-  }
-  if (text == "odd") {
-    return FrameSelection::kOdd;
-  }
-  throw std::invalid_argument("frames: expected all, even or odd, found '" + text + "'");
-}
-
-bool selected(FrameSelection selection, std::size_t index) {
-  switch (selection) {
-    case FrameSelection::kAll:
-      return true;
-    case FrameSelection::kEven:
-      return index % 2 == 0;
-    case FrameSelection::kOdd:
-      return index % 2 == 1;
-  }
-  return false;
-}
 
 BatchResult run_batch(const drive::Drive& drive, drive::FrameLog* frames, const map::MapFile* map,
                       const BatchOptions& options, const BatchObserver& observer) {

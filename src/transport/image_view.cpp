@@ -74,4 +74,16 @@ ImageVerdict view_image(std::span<const std::byte> message, ImageView& out) {
   return ImageVerdict::kOk;
 }
 
+void set_image_time(std::span<std::byte> message, std::int64_t time_us) {
+  constexpr std::size_t kTimeOffset = 8;  // after the fingerprint
+  constexpr std::size_t kTimeBytes = 8;
+  if (message.size() < kTimeOffset + kTimeBytes) {
+    return;
+  }
+  for (std::size_t i = 0; i < kTimeBytes; ++i) {
+    message[kTimeOffset + i] =
+        static_cast<std::byte>(static_cast<std::uint64_t>(time_us) >> (8 * (kTimeBytes - 1 - i)));
+  }
+}
+
 }  // namespace topoloc::transport

@@ -39,6 +39,10 @@ class FrameLog {
   [[nodiscard]] std::size_t size() const { return frames_.size(); }
   /// Mid-exposure, IMU clock. Strictly increasing.
   [[nodiscard]] std::int64_t time_ns(std::size_t index) const { return frames_.at(index).time_ns; }
+  /// As it was logged; points into the file, valid as long as this log.
+  [[nodiscard]] transport::LogEvent message(std::size_t index) const {
+    return log_.event(frames_.at(index).event);
+  }
   /// CV_8UC1 of the size given; empty where the data does not decode, which is counted (once per
   /// call) as kUndecodable. Not thread-safe for that reason.
   [[nodiscard]] cv::Mat grey(std::size_t index);

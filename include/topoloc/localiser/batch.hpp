@@ -3,6 +3,7 @@
 #pragma once
 
 #include "topoloc/drive/drive.hpp"
+#include "topoloc/drive/frame_selection.hpp"
 #include "topoloc/estimation/estimator.hpp"
 #include "topoloc/map/map_file.hpp"
 #include "topoloc/matching/map_matcher.hpp"
@@ -15,16 +16,8 @@
 
 namespace topoloc::localiser {
 
-/// Which frames of a log are used, by their place in it: so that one drive can serve as map and as
-/// query without a frame being matched with itself.
-enum class FrameSelection { kAll, kEven, kOdd };
-
-/// "all", "even" or "odd"; std::invalid_argument otherwise.
-FrameSelection parse_frame_selection(const std::string& text);
-bool selected(FrameSelection selection, std::size_t index);
-
 struct BatchOptions {
-  FrameSelection frames = FrameSelection::kAll;
+  drive::FrameSelection frames = drive::FrameSelection::kAll;
   double start_s = 0.0;  ///< after the first inertial sample; what comes before is left out
   /// T_world_imu at the start; without it the drive's ground truth gives it.
   std::optional<RigidTransform> initial_pose = std::nullopt;

@@ -42,4 +42,8 @@ struct ImageView {
 /// only if kOk comes back. Metadata is not looked at.
 ImageVerdict view_image(std::span<const std::byte> message, ImageView& out);
 
+/// Gives an encoded image_t another time, in place. Of messages too short to have one nothing is
+/// changed.
+void set_image_time(std::span<std::byte> message, std::int64_t time_us);
+
 }  // namespace topoloc::transport

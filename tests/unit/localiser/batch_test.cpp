@@ -130,13 +130,5 @@ TEST_F(BatchTest, StartBeyondTheEndIsAnError) {
   EXPECT_THAT(complaint({.start_s = 3.0}), HasSubstr("ends before the start"));
 }
 
-TEST_F(BatchTest, SelectsFramesByTheirPlace) {
-  EXPECT_TRUE(selected(parse_frame_selection("all"), 3));
-  EXPECT_TRUE(selected(parse_frame_selection("even"), 2));
-  EXPECT_FALSE(selected(parse_frame_selection("even"), 3));
-  EXPECT_TRUE(selected(parse_frame_selection("odd"), 3));
-  EXPECT_THROW(parse_frame_selection("some"), std::invalid_argument);
-}
-
 }  // namespace
 }  // namespace topoloc::localiser

@@ -96,5 +96,20 @@ TEST(ImageView, SizeFieldAndTypeAreNotBelieved) {
   EXPECT_EQ(view_image(message, view), ImageVerdict::kOtherType);
 }
 
+TEST(ImageView, TimeIsSetInPlace) {
+  auto message = encoded(gray_image());
+  ImageView before;
+  ASSERT_EQ(view_image(message, before), ImageVerdict::kOk);
+  set_image_time(message, 1'700'000'000'123'456);
+  ImageView after;
+  ASSERT_EQ(view_image(message, after), ImageVerdict::kOk);
+  EXPECT_EQ(after.time_us, 1'700'000'000'123'456);
+  EXPECT_EQ(after.width_px, before.width_px);
+  EXPECT_EQ(after.data.data(), before.data.data());
+  set_image_time(std::span(message).first(15), 1);
+  ASSERT_EQ(view_image(message, after), ImageVerdict::kOk);
+  EXPECT_EQ(after.time_us, 1'700'000'000'123'456);
+}
+
 }  // namespace
 }  // namespace topoloc::transport
