@@ -32,6 +32,10 @@ demo: PRESET = release
 demo: build ## Map and localise a recorded drive: make demo DRIVE=path/to/kitti_0039
 	@.venv/bin/python tools/demo.py $(if $(DRIVE),"$(DRIVE)")
 
+hil: PRESET = release
+hil: build ## Vehicle process on a virtual CAN bus, in real time, with the recorded drive
+	@.venv/bin/python tools/hil.py
+
 bench: PRESET = release
 bench: build ## Run the benchmarks
 	@build/release/bin/topoloc-bench

@@ -180,6 +180,7 @@ void run(const Options& options) {
   const std::string channel =
       options.channel.empty() ? folder.vehicle.camera.channel : options.channel;
   const replay::Pacer pacer(options.speed);
+  const std::int64_t start_unix_ns = pacer.unix_ns(0);
   std::exception_ptr camera_failure;
   {
     std::jthread camera_thread;
@@ -218,6 +219,7 @@ void run(const Options& options) {
                               .camera_faults = camera_faults ? &*camera_faults : nullptr,
                               .can = can_played ? &*can_played : nullptr,
                               .camera = camera_played ? &*camera_played : nullptr});
+  summary["start"] = {{"recorded_ns", part.begin_ns}, {"unix_ns", start_unix_ns}};
   summary["malformed_lines"] = log.malformed;
   if (images) {
     summary["rejected_images"] = images->rejected();

@@ -1,0 +1,265 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: 2026 The topoloc authors
+"""Hardware-in-the-loop bench: the vehicle process on a virtual CAN bus, fed in real time.
+
+Imports the drive and maps its even frames (where that is not done yet), starts the localiser,
+plays the drive's CAN frames and odd camera frames to it, records what it says on LCM, and checks:
+every tick is accounted for, nothing is lost on the way, the poses are right, and replaying the
+journal gives what was published, byte for byte. Exit code: 0 all checks passed, 1 not.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import math
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import lcm
+import yaml
+
+from accuracy_table import evaluate, run
+from demo import import_drive
+from freshness import outdated
+
+ROOT = Path(__file__).resolve().parent.parent
+EXAMPLES = """examples:
+  make hil
+  tools/hil.py --drive ../shared/data/kitti_0039 --seconds 15 --json hil.json"""
+SETTLED_AFTER_S = 2.0
+MAX_APET_M = 0.12
+MAX_MISSED_SHARE = 0.005
+
+
+def message_types(folder: Path) -> Any:
+    """The project's LCM types for Python, generated into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    types = sorted((ROOT / "lcmtypes").glob("*.lcm"))
+    run("lcm-gen", "--python", "--ppath", folder, *types)
+    sys.path.insert(0, str(folder))
+    return importlib.import_module("topoloc")
+
+
+class Published:
+    """What the localiser said, as lcm-logger recorded it."""
+
+    def __init__(self, log: Path, types: Any) -> None:
+        self.estimates_raw: list[bytes] = []
+        self.statuses: list[Any] = []
+        self.timings: list[Any] = []
+        for event in lcm.EventLog(str(log)):
+            if event.channel == "TOPOLOC_ESTIMATE":
+                self.estimates_raw.append(event.data)
+            elif event.channel == "TOPOLOC_STATUS":
+                self.statuses.append(types.status_t.decode(event.data))
+            elif event.channel == "TOPOLOC_TIMING":
+                self.timings.append(types.timing_t.decode(event.data))
+        self.estimates = [types.estimate_t.decode(data) for data in self.estimates_raw]
+        last = self.statuses[-1]
+        self.counters = {c.name: c.value for c in last.counters}
+        self.stopped_cleanly = bool(last.stopping)
+
+    def write_tum(self, path: Path, shift_us: int) -> None:
+        """Poses, with their stamps moved back onto the drive's time."""
+        lines = []
+        for e in self.estimates:
+            if e.mode == 0:
+                continue
+            stamp = e.utime + shift_us
+            w, x, y, z = e.orientation
+            numbers = " ".join(f"{v:.9f}" for v in (*e.position, x, y, z, w))
+            lines.append(f"{stamp // 10**6}.{stamp % 10**6:06d} {numbers}\n")
+        path.write_text("".join(lines))
+
+
+def is_sound(estimate: Any) -> bool:
+    numbers = (
+        *estimate.position, *estimate.orientation, *estimate.velocity, *estimate.covariance,
+        *estimate.accel_bias, *estimate.gyro_bias, *estimate.gravity,
+    )  # fmt: skip
+    return estimate.utime > 0 and all(math.isfinite(v) for v in numbers)
+
+
+class Checks:
+    """Prints each check and remembers whether all passed."""
+
+    def __init__(self) -> None:
+        self.results: dict[str, dict[str, Any]] = {}
+
+    def add(self, name: str, passed: bool, found: object) -> None:
+        self.results[name] = {"passed": passed, "found": found}
+        print(f"{'ok    ' if passed else 'FAILED'} {name}: {found}", flush=True)
+
+    @property
+    def passed(self) -> bool:
+        return all(r["passed"] for r in self.results.values())
+
+
+def first_pose(trajectory: Path) -> str:
+    lines = trajectory.read_text().splitlines()
+    first = next(line for line in lines if line and not line.startswith("#"))
+    return " ".join(first.split()[1:8])
+
+
+def prepare(args: argparse.Namespace) -> tuple[Path, Path, Path]:
+    """Drive folder, map of its even frames, and the configuration of the localiser."""
+    drive = args.work / args.drive.name
+    args.work.mkdir(parents=True, exist_ok=True)
+    cloud = import_drive(args.drive.resolve(), drive)
+    built = args.work / f"{args.drive.name}.tmap"
+    if outdated(built, [drive, cloud, args.bins / "topoloc-map"]):
+        run(
+            args.bins / "topoloc-map", "build", "--drive", drive, "--cloud", cloud,
+            "--trajectory", drive / "ground_truth.tum", "--frames", "even",
+            "--every-metres", "5", "--out", built,
+        )  # fmt: skip
+    # One CPU has to do for everything in a guest: no network for matching.
+    config = yaml.safe_load((drive / "vehicle.yaml").read_text())
+    config["matching"] = {"matcher": "mutual", "threads": 1}
+    vehicle = drive / "vehicle_hil.yaml"
+    vehicle.write_text(yaml.safe_dump(config, sort_keys=False))
+    return drive, built, vehicle
+
+
+def play(args: argparse.Namespace, drive: Path, built: Path, vehicle: Path, out: Path) -> None:
+    shutil.rmtree(out, ignore_errors=True)
+    out.mkdir(parents=True)
+    replay = ["--frames", "odd"]
+    if args.seconds:
+        replay += ["--duration", f"{args.seconds:g}"]
+    subprocess.run(
+        [
+            *(ROOT / "tools/with-vcan", "--timeout", "600", "--"),
+            *(sys.executable, ROOT / "tools/hil_guest.py", "--bins", args.bins, "--work", out),
+            *("--config", vehicle, "--map", built, "--drive", drive),
+            f"--initial-pose={first_pose(drive / 'ground_truth.tum')}",
+            *("--replay", *(f"{r}" for r in replay)),
+        ],
+        check=True,
+    )
+
+
+def check_ticks(checks: Checks, published: Published) -> None:
+    c = published.counters
+    ticks = [e.tick for e in published.estimates]
+    elapsed = ticks[-1] - ticks[0] + 1
+    checks.add(
+        "published + missed = elapsed x rate",
+        c["ticks.done"] + c["ticks.missed"] == ticks[-1] + 1
+        and c["estimates.published"] + c["estimates.lost"] == c["ticks.done"],
+        f"{c['estimates.published']} published, {c['estimates.lost']} lost, "
+        f"{c['ticks.missed']} missed of {ticks[-1] + 1}",
+    )
+    share = c["ticks.missed"] / elapsed
+    checks.add("missed ticks", share <= MAX_MISSED_SHARE, f"{100 * share:.2f} %")
+    checks.add(
+        "received = published",
+        len(ticks) == c["estimates.published"],
+        f"{len(ticks)} of {c['estimates.published']}",
+    )
+    checks.add(
+        "sound numbers and stamps", all(is_sound(e) for e in published.estimates), len(ticks)
+    )
+
+
+def check_inputs(checks: Checks, published: Published, replay: dict[str, Any]) -> None:
+    c = published.counters
+    sent = replay["can"]["sent"]
+    checks.add(
+        "CAN frames received = sent, none lost",
+        c["can.frames"] == sent and c["can.dropped"] == 0,
+        f"{c['can.frames']} of {sent}, {c['can.dropped']} dropped",
+    )
+    images = replay["camera"]["sent"]
+    into_mailbox = c["frames.accepted"]
+    done = sum(
+        c[f"frames.{fate}"]
+        for fate in (
+            "matched", "undecodable", "not_started", "no_prediction", "not_matched",
+            "estimator_busy", "overwritten",
+        )
+    )  # fmt: skip
+    checks.add(
+        "camera frames accounted for",
+        c["images.ok"] == images and into_mailbox - done in (0, 1),
+        f"{c['images.ok']} of {images} received, {into_mailbox} accepted, {c['frames.matched']} "
+        f"matched, {c['frames.overwritten']} overwritten",
+    )
+
+
+def check_journal(checks: Checks, args: argparse.Namespace, vehicle: Path, out: Path,
+                  published: Published) -> None:  # fmt: skip
+    replayed = out / "replayed.tum"
+    run(args.bins / "topoloc-localise", "--config", vehicle, "--replay", out / "journal",
+        "--out", replayed)  # fmt: skip
+    again = [event.data for event in lcm.EventLog(str(replayed.with_suffix(".lcm")))]
+    same = sum(a == b for a, b in zip(again, published.estimates_raw, strict=False))
+    checks.add(
+        "journal replayed, byte for byte",
+        again == published.estimates_raw,
+        f"{same} of {len(published.estimates_raw)} alike",
+    )
+
+
+def check_accuracy(checks: Checks, args: argparse.Namespace, drive: Path, out: Path,
+                   published: Published, replay: dict[str, Any]) -> None:  # fmt: skip
+    estimate = out / "published.tum"
+    start = replay["start"]
+    published.write_tum(estimate, (start["recorded_ns"] - start["unix_ns"]) // 1000)
+    errors = evaluate(args.bins, drive / "ground_truth.tum", estimate)
+    checks.add("APEt", errors["apet_m"] <= MAX_APET_M, f"{errors['apet_m']:.3f} m")
+
+
+def print_timing(timing: Any) -> None:
+    print("\n| stage | count | p50 [us] | p99 [us] | p99.9 [us] | max [us] |")
+    print("|---|---|---|---|---|---|")
+    for s in timing.stages:
+        print(f"| {s.stage} | {s.count} | {s.p50_us:.0f} | {s.p99_us:.0f} | {s.p999_us:.0f} | "
+              f"{s.max_us:.0f} |")  # fmt: skip
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(
+        description=__doc__, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--drive", type=Path, default=ROOT / "../shared/data/kitti_0039")
+    parser.add_argument("--bins", type=Path, default=ROOT / "build/release/bin")
+    parser.add_argument("--work", type=Path, default=ROOT / "build/hil")
+    parser.add_argument("--seconds", type=float, help="only so much of the drive")
+    parser.add_argument("--json", type=Path, help="checks and figures as JSON")
+    args = parser.parse_args()
+    if not args.drive.is_dir():
+        print(f"skipped: {args.drive} is not there")
+        return 0
+    drive, built, vehicle = prepare(args)
+    out = args.work / "run"
+    play(args, drive, built, vehicle, out)
+    ended = json.loads((out / "run.json").read_text())
+    replay = json.loads((out / "replay.json").read_text())
+    published = Published(out / "log.lcm", message_types(args.work / "lcmtypes"))
+
+    checks = Checks()
+    checks.add(
+        "processes ended well",
+        ended["localiser_exit"] == 0 and ended["replay_exit"] == 0 and published.stopped_cleanly,
+        f"exit codes {ended['localiser_exit']} and {ended['replay_exit']}, "
+        f"stopped in {ended['stop_ms']:.0f} ms",
+    )
+    check_ticks(checks, published)
+    check_inputs(checks, published, replay)
+    check_accuracy(checks, args, drive, out, published, replay)
+    check_journal(checks, args, vehicle, out, published)
+    print_timing(published.timings[-1])
+    if args.json:
+        args.json.write_text(json.dumps(checks.results, indent=2) + "\n")
+    return 0 if checks.passed else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
