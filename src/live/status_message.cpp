@@ -110,6 +110,7 @@ void fill_status(const ProcessStatus& status, status_t& message) {
   list.add("can.over_tick", status.estimator.loop.over_tick);
   list.add_each<can::SignalReject>("signals", status.estimator.loop.signals,
                                    [](can::SignalReject why) { return can::name(why); });
+  list.add("signals.lost_messages", status.estimator.loop.lost_messages);
   list.add("signals.clock_steps", status.estimator.loop.sensor_clock_steps);
 
   const estimation::Counters& c = estimate.counters;
