@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/live/status_message.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
@@ -24,6 +25,7 @@ class CounterList {
   void add(std::string_view name, std::uint64_t value) {
     counter_t& counter = message_.counters.emplace_back();
     counter.name = name;
+    std::ranges::replace(counter.name, ' ', '_');
     counter.value = static_cast<std::int64_t>(value);
   }
 
