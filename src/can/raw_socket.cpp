@@ -8,6 +8,7 @@
 #include <linux/can/raw.h>
 #include <net/if.h>
 #include <net/if_arp.h>
+#include <set>
 #include <stdexcept>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
@@ -33,17 +34,21 @@ ifreq request_for(const std::string& device) noexcept {
 
 /// "vcan0, can1", or "none".
 std::string can_interfaces(int socket) {
-  std::string names;
+  std::set<std::string> found;
   struct if_nameindex* const all = ::if_nameindex();
   for (const struct if_nameindex* entry = all; entry != nullptr && entry->if_index != 0; ++entry) {
     ifreq request = request_for(entry->if_name);
     if (::ioctl(socket, SIOCGIFHWADDR, &request) == 0 &&
         request.ifr_hwaddr.sa_family == ARPHRD_CAN) {
-      names += (names.empty() ? "" : ", ") + std::string(entry->if_name);
+      found.insert(entry->if_name);
     }
   }
   if (all != nullptr) {
     ::if_freenameindex(all);
+  }
+  std::string names;
+  for (const std::string& device_name : found) {
+    names += (names.empty() ? "" : ", ") + device_name;
   }
   return names.empty() ? "none" : names;
 }
