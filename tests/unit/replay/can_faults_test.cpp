@@ -20,8 +20,6 @@ using ::testing::ElementsAre;
 using ::testing::ElementsAreArray;
 using ::testing::IsEmpty;
 
-constexpr std::int64_t kMillisecond_ns = 1'000'000;
-
 constexpr auto kDbc = R"(BO_ 256 SPEED: 8 X
  SG_ LEFT : 0|16@1+ (0.01,0) [0|300] "km/h" X
  SG_ RIGHT : 16|16@1+ (0.01,0) [0|300] "km/h" X
@@ -34,6 +32,8 @@ BO_ 257 OTHER: 8 X
 /// Frames 0, 1, 2, ... of id 256 every 10 ms from zero on, with their number in the first byte.
 class CanFaultsTest : public ::testing::Test {
  protected:
+  static constexpr std::int64_t kMillisecond_ns = 1'000'000;
+
   void script(const std::string& faults) {
     const auto dbc = folder_.with("car.dbc", kDbc);
     can::VehicleSignalsConfig vehicle;
