@@ -5,7 +5,7 @@
 PRESET ?= release
 
 .DEFAULT_GOAL := help
-.PHONY: help setup models build test sanitize demo bench format lint
+.PHONY: help setup models build test sanitize demo hil hil-faults bench format lint
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
