@@ -34,10 +34,12 @@ demo: build ## Map and localise a recorded drive: make demo DRIVE=path/to/kitti_
 
 hil: PRESET = release
 hil: build ## Vehicle process on a virtual CAN bus, in real time, with the recorded drive
+	@cmake --preset traps
+	@cmake --build build/traps --target topoloc-localise
 	@.venv/bin/python tools/hil.py
 
 hil-faults: PRESET = release
-hil-faults: build ## Every kind of fault through the real process on a virtual CAN bus
+hil-faults: hil ## Every kind of fault through the real process on a virtual CAN bus
 	@.venv/bin/python tools/hil_faults.py
 
 bench: PRESET = release

@@ -152,7 +152,7 @@ def play(
         [
             *(ROOT / "tools/with-vcan", "--timeout", "600", "--"),
             *(sys.executable, ROOT / "tools/hil_guest.py", "--bins", args.bins, "--work", out),
-            *("--config", vehicle, "--map", built, "--drive", drive),
+            *("--localiser", args.localiser, "--config", vehicle, "--map", built, "--drive", drive),
             f"--initial-pose={first_pose(drive / 'ground_truth.tum')}",
             *("--replay", "--frames", "odd", *options),
         ],
@@ -178,6 +178,8 @@ def check_ticks(checks: Checks, published: Published) -> None:
         len(ticks) == c["estimates.published"],
         f"{len(ticks)} of {c['estimates.published']}",
     )
+    faults = c["page_faults.minor"] + c["page_faults.major"]
+    checks.add("page faults of the estimator thread", faults == 0, faults)
     checks.add(
         "sound numbers and stamps", all(is_sound(e) for e in published.estimates), len(ticks)
     )
@@ -247,6 +249,12 @@ def bench_parser(description: str | None, epilog: str) -> argparse.ArgumentParse
     )
     parser.add_argument("--drive", type=Path, default=ROOT / "../shared/data/kitti_0039")
     parser.add_argument("--bins", type=Path, default=ROOT / "build/release/bin")
+    parser.add_argument(
+        "--localiser",
+        type=Path,
+        default=ROOT / "build/traps/bin/topoloc-localise",
+        help="the process on trial; default: the build with real-time traps",
+    )
     parser.add_argument("--work", type=Path, default=ROOT / "build/hil")
     parser.add_argument("--json", type=Path, help="checks and what they found, as JSON")
     return parser

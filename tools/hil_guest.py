@@ -33,6 +33,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--bins", type=Path, required=True)
+    parser.add_argument("--localiser", type=Path, required=True)
     parser.add_argument("--work", type=Path, required=True)
     parser.add_argument("--config", type=Path, required=True, help="vehicle.yaml of the localiser")
     parser.add_argument("--map", type=Path, required=True)
@@ -52,7 +53,7 @@ def main() -> None:
     with localiser_log.open("wb") as out:
         localiser = subprocess.Popen(
             [
-                *(args.bins / "topoloc-localise", "--config", args.config, "--map", args.map),
+                *(args.localiser, "--config", args.config, "--map", args.map),
                 *("--can", "can0=vcan0", "--lcm", LCM_URL, "--journal", args.work / "journal"),
                 f"--initial-pose={args.initial_pose}",
             ],

@@ -47,6 +47,7 @@ Counts rejected(const Drive& drive, const FrameLog* frames, const BatchResult& r
   note("speed_innovation_too_large", c.speed_gate_rejected);
   note("speed_unused", c.speed_unused);
   note("frame_before_start", result.frames_before_start);
+  note("frame_skipped", result.frames_skipped);
   std::uint64_t damaged_nodes = 0;
   std::uint64_t over_capacity = 0;
   for (const auto& frame : result.frames) {

@@ -4,6 +4,7 @@
 #include "topoloc/config/vehicle_config.hpp"
 #include "topoloc/drive/drive.hpp"
 #include "topoloc/replay/player.hpp"
+#include "topoloc/transport/lcm_connection.hpp"
 
 #include "common/text_file.hpp"
 #include "summary.hpp"
@@ -144,11 +145,7 @@ void run(const Options& options) {
   if (!options.lcm.empty()) {
     images.emplace(drive::open_frames(folder));
     lcm.emplace(options.lcm);
-    if (!lcm->good()) {
-      throw std::runtime_error("--lcm " + options.lcm +
-                               ": LCM does not start (on one machine it needs multicast on lo: ip "
-                               "link set lo multicast on; ip route add 224.0.0.0/4 dev lo)");
-    }
+    topoloc::transport::require_open(*lcm, options.lcm);
   }
 
   replay::DrivePart part;

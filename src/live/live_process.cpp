@@ -10,6 +10,7 @@
 #include "topoloc/live/recorder.hpp"
 #include "topoloc/map/map_file.hpp"
 #include "topoloc/realtime/memory_lock.hpp"
+#include "topoloc/transport/lcm_connection.hpp"
 
 #include "live/cpu_affinity.hpp"
 #include "live/wake_event.hpp"
@@ -20,8 +21,6 @@
 #include <stdexcept>
 #include <thread>
 #include <utility>
-
-#include <fmt/core.h>
 
 namespace topoloc::live {
 namespace {
@@ -49,17 +48,6 @@ realtime::ThreadConfig ordinary(const char* name, std::size_t stack_bytes = 1U <
   return {.name = name, .fifo_priority = 0, .cpus = {}, .stack_bytes = stack_bytes};
 }
 
-lcm::LCM& checked(lcm::LCM& lcm, const std::string& url) {
-  if (!lcm.good()) {
-    throw std::runtime_error(fmt::format(
-        "LCM cannot be opened at {}: is the address right, multicast on for the interface, and is "
-        "there a route (for the machine itself: ip link set lo multicast on; ip route add "
-        "224.0.0.0/4 dev lo)?",
-        url));
-  }
-  return lcm;
-}
-
 }  // namespace
 
 struct LiveProcess::Impl {
@@ -79,8 +67,8 @@ struct LiveProcess::Impl {
                   loop),
         lcm_in(vehicle.live.lcm_url),
         lcm_out(vehicle.live.lcm_url) {
-    checked(lcm_in, vehicle.live.lcm_url);
-    checked(lcm_out, vehicle.live.lcm_url);
+    transport::require_open(lcm_in, vehicle.live.lcm_url);
+    transport::require_open(lcm_out, vehicle.live.lcm_url);
     if (vehicle.live.cpu) {
       // Before any further thread is made, those of ONNX Runtime and LCM among them.
       keep_off_cpu(*vehicle.live.cpu);

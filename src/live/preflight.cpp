@@ -9,6 +9,7 @@
 #include "topoloc/matching/map_matcher.hpp"
 #include "topoloc/realtime/memory_lock.hpp"
 #include "topoloc/realtime/thread.hpp"
+#include "topoloc/transport/lcm_connection.hpp"
 
 #include "live/receive_buffer.hpp"
 
@@ -92,13 +93,7 @@ void check_can(const config::VehicleConfig& vehicle, Checklist& list) {
 
 Check check_lcm(const config::LiveConfig& live) {
   lcm::LCM lcm(live.lcm_url);
-  if (!lcm.good()) {
-    return error(
-        fmt::format("{} cannot be opened: is the address right, and is there multicast (on one "
-                    "machine: ip link "
-                    "set lo multicast on; ip route add 224.0.0.0/4 dev lo)?",
-                    live.lcm_url));
-  }
+  transport::require_open(lcm, live.lcm_url);
   const ReceiveBuffer buffer = receive_buffer(live.lcm_url);
   if (buffer.is_udp && !buffer.wanted_bytes) {
     return warning(

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 
@@ -114,9 +115,14 @@ class FramePipeline {
   void take_frames(std::int64_t now_ns, const estimation::Estimator& estimator,
                    BatchResult& result) {
     for (; next_ < log_.size() && log_.time_ns(next_) <= now_ns; ++next_) {
-      if (drive::selected(options_.frames, next_)) {
-        match(next_, estimator, result);
+      if (!drive::selected(options_.frames, next_)) {
+        continue;
       }
+      if (log_.time_ns(next_) < free_again_ns_) {
+        ++result.frames_skipped;
+        continue;
+      }
+      match(next_, estimator, result);
     }
   }
 
@@ -147,6 +153,7 @@ class FramePipeline {
     if (image.empty()) {
       return;  // counted by the log
     }
+    free_again_ns_ = time_ns + std::llround(options_.match_seconds * 1e9);
     std::unique_ptr<estimation::MapMatchSet> set;
     if (spare_.empty()) {
       set = std::make_unique<estimation::MapMatchSet>();
@@ -163,7 +170,8 @@ class FramePipeline {
       spare_.push_back(std::move(set));
       return;
     }
-    const auto delay_ns = static_cast<std::int64_t>(std::llround(options_.match_delay_s * 1e9));
+    const std::int64_t delay_ns =
+        std::llround((options_.match_delay_s + options_.match_seconds) * 1e9);
     on_the_way_.push_back({.ready_ns = time_ns + delay_ns, .set = std::move(set)});
   }
 
@@ -171,6 +179,7 @@ class FramePipeline {
   BatchOptions options_;
   matching::MapMatcher matcher_;
   std::size_t next_ = 0;
+  std::int64_t free_again_ns_ = std::numeric_limits<std::int64_t>::min();
   std::deque<Delivery> on_the_way_;
   std::vector<const estimation::MapMatchSet*> arrived_;
   std::vector<std::unique_ptr<estimation::MapMatchSet>> in_use_;

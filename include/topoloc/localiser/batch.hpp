@@ -24,6 +24,9 @@ struct BatchOptions {
   bool use_speed = true;       ///< false: not even where vehicle.yaml says so
   double rate_hz = 200.0;      ///< ticks per second of drive time
   double match_delay_s = 0.0;  ///< how late match results reach the estimator
+  /// A matcher that takes so long for a frame: results come that late, and the frames that come
+  /// meanwhile are left out.
+  double match_seconds = 0.0;
 };
 
 /// One frame: what matching made of it, and what the filter made of that.
@@ -39,6 +42,7 @@ struct BatchResult {
   std::uint64_t estimates = 0;      ///< handed to BatchObserver::estimate
   std::vector<FrameRecord> frames;  ///< those that decoded, from the start of the filter on
   std::uint64_t frames_before_start = 0;
+  std::uint64_t frames_skipped = 0;  ///< came while the matcher was busy (match_seconds)
   estimation::Counters counters;
 };
 
