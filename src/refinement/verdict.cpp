@@ -145,12 +145,12 @@ void check_drive(const SolvedDrive& drive, const TrackResiduals& residuals,
         "right, and its images not dark?",
         drive.stretches_tried, found, drive.graph.ground.size(), drive.keyframes.size()));
   }
-  if (drive.lens.gain > config.max_lens_gain) {
+  if (drive.lens.significance > config.max_lens_significance) {
     const LensChange& change = drive.lens.change;
     throw std::runtime_error(fmt::format(
-        "refinement: camera images fit the cloud better by {:.0f} % with {}. Are the camera's "
-        "intrinsics right?",
-        100.0 * (drive.lens.gain - 1.0),
+        "refinement: camera images fit the cloud better by {:.0f} % ({:.1f} times what chance "
+        "does) with {}. Are the camera's intrinsics right?",
+        100.0 * (drive.lens.gain - 1.0), drive.lens.significance,
         change.radial != 0.0
             ? fmt::format("some {:+.1f} added to its radial distortion", change.radial)
             : fmt::format("some {:.2f} times the camera's focal length", change.focal)));

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <random>
 #include <utility>
 #include <vector>
@@ -170,21 +171,24 @@ double median_depth_m(std::span<const WindowView> views, const RigidTransform& T
   return depths_m.empty() ? 0.0 : evaluation::median(std::move(depths_m));
 }
 
-/// Mean agreement of the pieces of the scene over its standard error.
-double significance(const Agreement& agreement, const Vector6& xi, std::size_t level) {
+/// Agreement of each piece of the scene.
+std::vector<double> of_pieces(const Agreement& agreement, const Vector6& xi, std::size_t level) {
   const std::vector<std::size_t> pieces = agreement.pieces();
   const std::vector<double> values = agreement.each(xi, level);
-  std::map<std::size_t, double> of_piece;
+  std::vector<double> sums(pieces.empty() ? 0
+                                          : *std::max_element(pieces.begin(), pieces.end()) + 1);
   for (std::size_t i = 0; i < pieces.size(); ++i) {
-    of_piece[pieces[i]] += values[i];
+    sums[pieces[i]] += values[i];
   }
-  double sum = 0.0;
-  double square = 0.0;
-  for (const auto& [piece, value] : of_piece) {
-    sum += value;
-    square += value * value;
-  }
-  return square > 0.0 ? sum / std::sqrt(square) : 0.0;
+  return sums;
+}
+
+/// Mean agreement of the pieces of the scene over its standard error.
+double significance(const Agreement& agreement, const Vector6& xi, std::size_t level) {
+  const std::vector<double> values = of_pieces(agreement, xi, level);
+  const double square = std::inner_product(values.begin(), values.end(), values.begin(), 0.0);
+  return square > 0.0 ? std::accumulate(values.begin(), values.end(), 0.0) / std::sqrt(square)
+                      : 0.0;
 }
 
 /// Sandwich covariance at a maximum, by central differences. `std`: of the poses searched.
@@ -280,8 +284,8 @@ LensSweep sweep_lens(std::span<const WindowView> views, const RigidTransform& T_
   // A lens that is longer by some share shows nearly what a camera nearer by that share of the
   // depth does: a wrong one is answered by a wrong pose, and that has to be taken back with it.
   const double depth_m = median_depth_m(views, T_imu_cam);
-  LensSweep sweep{};
-  parallel_for(sweep.size(), config.threads, [&](std::size_t i) {
+  std::array<std::vector<double>, kLenses.size()> agreements;  // of the pieces of the scene
+  parallel_for(kLenses.size(), config.threads, [&](std::size_t i) {
     PinholeCamera other = camera;
     other.fx_px *= kLenses[i].focal;
     other.fy_px *= kLenses[i].focal;
@@ -290,17 +294,29 @@ LensSweep sweep_lens(std::span<const WindowView> views, const RigidTransform& T_
     start.p -= (kLenses[i].focal - 1.0) * depth_m * (found.R * T_imu_cam.R.col(2));
     const Candidate best =
         climb_all_levels(agreement, motion_between(T_world_imu, start).cwiseQuotient(config.std));
-    sweep[i] = agreement.sum(config.std.cwiseProduct(best.scaled), kFinest);
+    agreements[i] = of_pieces(agreement, config.std.cwiseProduct(best.scaled), kFinest);
   });
+  LensSweep sweep;
+  for (std::size_t i = 0; i < kLenses.size(); ++i) {
+    for (std::size_t k = 0; k < agreements[i].size(); ++k) {
+      const double lead = agreements[i][k] - agreements.front()[k];
+      sweep[i].agreement += agreements[i][k];
+      sweep[i].scatter += lead * lead;
+    }
+  }
   return sweep;
 }
 
 BestLens best_lens(const LensSweep& sweep) {
-  const auto best = std::max_element(sweep.begin(), sweep.end());
-  if (!(sweep.front() > 0.0)) {
-    return {};  // nothing agrees with anything
+  const LensFit& own = sweep.front();
+  const auto* const best = std::max_element(
+      sweep.begin(), sweep.end(),
+      [](const LensFit& a, const LensFit& b) { return a.agreement < b.agreement; });
+  if (!(own.agreement > 0.0) || best == &own) {
+    return {};  // nothing agrees with anything, or no lens better than the calibration's
   }
-  return {kLenses[static_cast<std::size_t>(best - sweep.begin())], *best / sweep.front()};
+  return {kLenses[static_cast<std::size_t>(best - sweep.begin())], best->agreement / own.agreement,
+          (best->agreement - own.agreement) / std::sqrt(best->scatter)};
 }
 
 }  // namespace topoloc::refinement

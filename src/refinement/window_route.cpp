@@ -3,7 +3,6 @@
 #include "refinement/window_route.hpp"
 
 #include <algorithm>
-#include <functional>
 
 namespace topoloc::refinement {
 
@@ -39,7 +38,10 @@ void WindowRoute::try_lenses(std::span<const WindowView> views, const RigidTrans
   const LensSweep sweep = sweep_lens(views, T_world_imu, found, T_imu_cam_, camera_,
                                      search(config_.search.std, config_.search.seed));
   LensSweep& sum = sweep_ ? *sweep_ : sweep_.emplace();
-  std::transform(sweep.begin(), sweep.end(), sum.begin(), sum.begin(), std::plus<>());
+  std::transform(sweep.begin(), sweep.end(), sum.begin(), sum.begin(),
+                 [](const LensFit& a, const LensFit& b) {
+                   return LensFit{a.agreement + b.agreement, a.scatter + b.scatter};
+                 });
 }
 
 BestLens WindowRoute::lens() const { return sweep_ ? best_lens(*sweep_) : BestLens{}; }

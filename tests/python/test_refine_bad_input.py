@@ -133,7 +133,7 @@ def upside_down(camchain: str) -> str:
 @pytest.mark.parametrize(
     ("change", "complains_of"),
     [
-        (with_focal_length(0.95), "with some 1.0[48] times the camera's focal length"),
+        (with_focal_length(0.97), "with some 1.0[24] times the camera's focal length"),
         (without_distortion, r"with some -0\.[12] added to its radial distortion"),
         (upside_down, "do not agree.*extrinsics"),
     ],

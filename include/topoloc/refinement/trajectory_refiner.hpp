@@ -68,8 +68,8 @@ struct RefinementConfig {
   std::size_t fruitless_views = 24;
   /// Share of the stretches that must be registered; less is the wrong cloud or calibration.
   double min_registered_share = 0.4;
-  /// More agreement than that with another lens, as ratio: the calibration is wrong.
-  double max_lens_gain = 1.08;
+  /// Another lens fits better by more than so many standard errors: the calibration is wrong.
+  double max_lens_significance = 2.5;
   /// Between neighbouring keyframes, median of the drive; more is the wrong calibration.
   double max_track_residual_px = 4.0;
   /// Added to each pose's covariance: what the whole drive shares, such as errors of the

@@ -47,10 +47,12 @@ struct LensChange {
   double radial = 0.0;
 };
 /// The calibration's own lens, and those that are tried in its place.
-inline constexpr std::array<LensChange, 11> kLenses{{{1.0, 0.0},
+inline constexpr std::array<LensChange, 13> kLenses{{{1.0, 0.0},
                                                      {0.88, 0.0},
                                                      {0.92, 0.0},
                                                      {0.96, 0.0},
+                                                     {0.98, 0.0},
+                                                     {1.02, 0.0},
                                                      {1.04, 0.0},
                                                      {1.08, 0.0},
                                                      {1.12, 0.0},
@@ -58,20 +60,26 @@ inline constexpr std::array<LensChange, 11> kLenses{{{1.0, 0.0},
                                                      {1.0, -0.1},
                                                      {1.0, 0.1},
                                                      {1.0, 0.2}}};
-using LensSweep = std::array<double, kLenses.size()>;
+/// How well a lens fits.
+struct LensFit {
+  double agreement = 0.0;  ///< sum over the patches
+  double scatter = 0.0;  ///< sum over pieces of the scene of the squared lead over kLenses.front()
+};
+using LensSweep = std::array<LensFit, kLenses.size()>;
 
-/// Agreement of a window (sum over its patches) with each of these lenses, at the pose that fits
-/// best with it: climbed to from the pose `found` by register_window. `config.std`: how far off a
-/// wrong lens may have led that pose.
+/// How well each of these lenses fits a window, at the pose that fits best with it: climbed to from
+/// the pose `found` by register_window. `config.std`: how far off a wrong lens may have led that
+/// pose.
 LensSweep sweep_lens(std::span<const WindowView> views, const RigidTransform& T_world_imu,
                      const RigidTransform& found, const RigidTransform& T_imu_cam,
                      const PinholeCamera& camera, const SearchConfig& config);
 
-/// What a sweep says: the lens that fits best, and how much better it fits than the calibration's
-/// own (ratio of agreements).
+/// What a sweep says: the lens that fits best, how much better it fits than the calibration's own
+/// (ratio of agreements), and that lead over its standard error.
 struct BestLens {
   LensChange change;
   double gain = 1.0;
+  double significance = 0.0;
 };
 BestLens best_lens(const LensSweep& sweep);
 

@@ -170,12 +170,12 @@ TEST_F(Verdict, SaysNothingOfTracksWhereThereAreNone) {
 }
 
 TEST_F(Verdict, RefusesADriveThatAnotherLensFitsBetter) {
-  lens_ = {{1.04, 0.0}, 1.05};  // hardly better
+  lens_ = {{1.04, 0.0}, 1.05, 2.0};  // may be chance
   EXPECT_NO_THROW((void)judged());
-  lens_ = {{0.92, 0.0}, 1.3};
+  lens_ = {{0.92, 0.0}, 1.3, 3.0};
   EXPECT_THAT(complaint(), AllOf(HasSubstr("30 %"), HasSubstr("0.92"), HasSubstr("focal length"),
                                  HasSubstr("intrinsics")));
-  lens_ = {{1.0, -0.2}, 1.2};
+  lens_ = {{1.0, -0.2}, 1.2, 9.0};
   EXPECT_THAT(complaint(), AllOf(HasSubstr("20 %"), HasSubstr("-0.2 added"),
                                  HasSubstr("distortion"), HasSubstr("intrinsics")));
 }

@@ -151,13 +151,15 @@ TEST_F(WindowRegistration, FindsNoFaultWithTheRightLens) {
   EXPECT_EQ(found.change.focal, 1.0);
   EXPECT_EQ(found.change.radial, 0.0);
   EXPECT_EQ(found.gain, 1.0);
+  EXPECT_EQ(found.significance, 0.0);
 }
 
 TEST_F(WindowRegistration, TellsAWrongFocalLength) {
-  for (const double focal : {0.95, 1.05}) {
+  for (const double focal : {0.95, 0.97, 1.03, 1.05}) {
     const BestLens found = best_lens_for(cloud(), focal, 0.0);
-    EXPECT_EQ(found.change.focal, focal < 1.0 ? 0.96 : 1.04);
-    EXPECT_GT(found.gain, RefinementConfig{}.max_lens_gain);
+    EXPECT_NEAR(found.change.focal, focal, 0.02);
+    EXPECT_GT(found.gain, 1.0);
+    EXPECT_GT(found.significance, RefinementConfig{}.max_lens_significance);
   }
 }
 
@@ -165,13 +167,15 @@ TEST_F(WindowRegistration, TellsADistortionThatWasNotTakenOut) {
   for (const double radial : {-0.15, 0.15}) {
     const BestLens found = best_lens_for(cloud(), 1.0, radial);
     EXPECT_GT(found.change.radial * radial, 0.0);
-    EXPECT_GT(found.gain, RefinementConfig{}.max_lens_gain);
+    EXPECT_GT(found.significance, RefinementConfig{}.max_lens_significance);
   }
 }
 
 TEST_F(WindowRegistration, ASweepWithoutAgreementSaysNothingOfTheLens) {
-  EXPECT_EQ(best_lens({}).gain, 1.0);
-  EXPECT_EQ(best_lens({0.0, 0.1, 0.0, -0.1}).gain, 1.0);
+  EXPECT_EQ(best_lens({}).significance, 0.0);
+  LensSweep sweep{};
+  sweep[1] = {.agreement = 0.1, .scatter = 1e-6};
+  EXPECT_EQ(best_lens(sweep).significance, 0.0);
 }
 
 TEST_F(WindowRegistration, DoesNotHangOnTheNumberOfThreads) {
