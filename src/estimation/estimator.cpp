@@ -70,7 +70,9 @@ const Estimate& Estimator::tick(std::int64_t now_ns, const TickInputs& inputs) {
   if (inputs.initial_pose) {
     take_initial_pose(*inputs.initial_pose);
   }
-  // Speeds first: they wait for the inertial data of this tick, so that nothing is computed twice.
+  // All that came together is computed once, so that the work of a tick has a bound: the history
+  // gone over, and once more for each time the filter doubts itself.
+  history_.hold();
   for (const SpeedSample& sample : inputs.speed) {
     take_speed(sample);
   }
@@ -80,6 +82,9 @@ const Estimate& Estimator::tick(std::int64_t now_ns, const TickInputs& inputs) {
   for (const MapMatchSet* set : inputs.matches) {
     take_matches(*set);
   }
+  history_.compute();
+  read_reports();
+  doubt_velocity_if_due();
   judge(now_ns);
   return estimate_;
 }
@@ -213,8 +218,6 @@ void Estimator::take_imu(const ImuSample& sample) {
   if (verdict == InsertVerdict::kInserted) {
     standstill_.add_imu(sample);
     last_imu_ = sample;
-    read_reports();
-    doubt_velocity_if_due();
     start_if_ready();  // a new initial pose restarts the filter once its time has come
   }
 }
@@ -237,7 +240,6 @@ void Estimator::take_speed(const SpeedSample& sample) {
   if (later && verdict == InsertVerdict::kInserted) {
     last_speed_ = sample;
   }
-  read_reports();
 }
 
 void Estimator::take_matches(const MapMatchSet& set) {
@@ -254,7 +256,6 @@ void Estimator::take_matches(const MapMatchSet& set) {
   inflate_for_reuse(scratch_);
   const InsertVerdict verdict = history_.add_matches(scratch_);
   count(estimate_.counters.matches, verdict);
-  read_reports();
 }
 
 void Estimator::inflate_for_reuse(MapMatchSet& set) const {
@@ -319,6 +320,9 @@ void Estimator::read_reports() {
 // A gate that refuses every speed would keep a wrong velocity for good. While the map holds the
 // velocity it is rather the wheels that are wrong.
 void Estimator::doubt_velocity_if_due() {
+  if (history_.empty()) {
+    return;
+  }
   const HealthConfig& health = config_.health;
   const std::int64_t now_ns = history_.newest_time_ns();
   const auto since_ns = history_.speeds_rejected_since_ns();

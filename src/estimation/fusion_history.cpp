@@ -87,6 +87,7 @@ void FusionHistory::reset(const ImuSample& imu, const NominalState& x, const Cov
 
 void FusionHistory::clear() {
   size_ = 0;
+  dirty_from_ = kNone;
   forgotten_ += pending_.size();
   pending_.clear();
 }
@@ -121,7 +122,7 @@ InsertVerdict FusionHistory::add_imu(const ImuSample& sample) {
   for (int i = first_new; i < size_; ++i) {
     interpolate_inertial(i);
   }
-  compute_from(first_new);
+  touch(first_new);
   drop_expired();
   return InsertVerdict::kInserted;
 }
@@ -203,7 +204,7 @@ InsertVerdict FusionHistory::insert(const Event& e) {
   }
   event(place) = e;
   interpolate_inertial(place);
-  compute_from(place);
+  touch(place);
   return InsertVerdict::kInserted;
 }
 
@@ -232,6 +233,11 @@ void FusionHistory::append(const Event& e) {
 }
 
 void FusionHistory::drop_oldest() {
+  if (dirty_from_ <= 1) {
+    compute_event(1);
+    dirty_from_ = 2;
+  }
+  dirty_from_ -= dirty_from_ != kNone ? 1 : 0;
   if (rank(event(0).kind) == rank(Kind::kSpeed)) {
     dropped_speed_ns_ = event(0).time_ns;
   }
@@ -303,16 +309,34 @@ FusionHistory::Event FusionHistory::interpolated(const Event& a, const Event& b,
   return e;
 }
 
-void FusionHistory::compute_from(int start) {
-  for (int i = std::max(1, start); i < size_; ++i) {
-    NominalState& x = states_[ring(i)];
-    Covariance& P = covariances_[ring(i)];
-    Event& e = event(i);
-    x = state(i - 1);
-    P = covariance(i - 1);
-    propagate_between(event(i - 1), e, x, P);
-    apply(i, x, P);
+void FusionHistory::touch(int first) {
+  dirty_from_ = std::min(dirty_from_, std::max(1, first));
+  if (!held_) {
+    compute_dirty();
   }
+}
+
+void FusionHistory::compute() {
+  held_ = false;
+  compute_dirty();
+}
+
+void FusionHistory::compute_dirty() {
+  for (int i = dirty_from_; i < size_; ++i) {
+    compute_event(i);
+  }
+  dirty_from_ = kNone;
+}
+
+void FusionHistory::compute_event(int i) {
+  ++computed_;
+  NominalState& x = states_[ring(i)];
+  Covariance& P = covariances_[ring(i)];
+  Event& e = event(i);
+  x = state(i - 1);
+  P = covariance(i - 1);
+  propagate_between(event(i - 1), e, x, P);
+  apply(i, x, P);
 }
 
 // How much of an independent sample a speed is worth: wheel slip and suspension travel last longer

@@ -139,6 +139,8 @@ class Estimator {
   [[nodiscard]] std::span<const MapUpdateReport> map_reports() const;
 
   [[nodiscard]] const Counters& counters() const { return estimate_.counters; }
+  /// FusionHistory::computed(): a measure of the work done so far.
+  [[nodiscard]] std::uint64_t events_computed() const { return history_.computed(); }
 
   /// State at a past or future time, for the matcher; nothing before the start or the history.
   std::optional<NominalState> state_at(std::int64_t time_ns, Covariance& P) const;

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -92,6 +93,13 @@ class FusionHistory {
   /// Forgets everything: empty until the next reset().
   void clear();
 
+  /// What is added from now on is put in its place, but the states after it are not computed until
+  /// compute(): once for all that comes together, instead of once for each.
+  void hold() { held_ = true; }
+  void compute();
+  /// Events whose states were computed, again and again, since the start: the work done.
+  [[nodiscard]] std::uint64_t computed() const { return computed_; }
+
   InsertVerdict add_imu(const ImuSample& sample);
   /// `standing`: apply the zero-velocity measurement instead of the speed.
   InsertVerdict add_speed(const SpeedSample& sample, bool standing);
@@ -163,7 +171,10 @@ class FusionHistory {
   void drop_expired();
   int take_map_slot();
   void interpolate_inertial(int i);
-  void compute_from(int i);
+  void compute_dirty();
+  void compute_event(int i);
+  /// Events from here on have to be computed.
+  void touch(int first);
   VectorVerdict apply_speed(int i, NominalState& x, Covariance& P) const;
   void apply(int i, NominalState& x, Covariance& P);
   void note_speed(const Event& e, bool accepted);
@@ -177,6 +188,10 @@ class FusionHistory {
   double gyro_std_radps_;
   int first_ = 0;
   int size_ = 0;
+  static constexpr int kNone = std::numeric_limits<int>::max();
+  int dirty_from_ = kNone;  ///< first event whose state does not hold
+  bool held_ = false;
+  std::uint64_t computed_ = 0;
   std::vector<Event> events_;
   std::vector<NominalState> states_;
   std::vector<Covariance> covariances_;

@@ -628,5 +628,46 @@ TEST(Estimator, MatchSetsThatWereRefusedDoNotCountAsUsesOfTheirNode) {
   EXPECT_EQ(std_after_fix(0), std_after_fix(5));
 }
 
+TEST(Estimator, GoesOverAFullHistoryOnceATickWhateverComesLate) {
+  const StraightDrive drive;
+  EstimatorConfig config;
+  config.models.camera = drive.camera;
+  config.history.duration_s = 20.0;
+  Estimator estimator(config);
+  TickInputs inputs;
+  for (int i = 0; i <= 1500; ++i) {  // more than the ring holds
+    const ImuSample imu = StraightDrive::imu(0.01 * i);
+    const SpeedSample speed = drive.speed(0.01 * i);
+    inputs = {.imu = {&imu, 1},
+              .speed = {&speed, i % 10 == 0 ? 1U : 0U},
+              .matches = {},
+              .initial_pose = {}};
+    if (i == 0) {
+      inputs.initial_pose = InitialPose{.time_ns = imu.time_ns, .T_world_imu = drive.pose(0.0)};
+    }
+    estimator.tick(imu.time_ns, inputs);
+  }
+  // As many late speeds as a tick can bring, the oldest last, a full match set of long ago, and
+  // inertial data besides.
+  std::vector<SpeedSample> speeds;
+  std::vector<ImuSample> samples;
+  for (int i = 0; i < 64; ++i) {
+    speeds.push_back(drive.speed(14.9 - 0.1 * i - 0.005));
+    samples.push_back(StraightDrive::imu(15.0 + 0.001 * (i + 1)));
+  }
+  MapMatchSet set;
+  drive.matches(9.003, kMaxMatches, set);
+  const MapMatchSet* const late = &set;
+  const std::uint64_t before = estimator.events_computed();
+  const Estimate& estimate =
+      estimator.tick(samples.back().time_ns,
+                     {.imu = samples, .speed = speeds, .matches = {&late, 1}, .initial_pose = {}});
+  const std::uint64_t work = estimator.events_computed() - before;
+  EXPECT_EQ(estimate.counters.map_accepted, 1U);
+  EXPECT_EQ(count(estimate.counters.speed, InsertVerdict::kInserted), 150U + 64U);
+  EXPECT_LE(work, static_cast<std::uint64_t>(config.history.capacity));
+  EXPECT_GE(work, 500U);
+}
+
 }  // namespace
 }  // namespace topoloc::estimation

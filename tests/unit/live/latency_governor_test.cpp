@@ -7,8 +7,8 @@
 namespace topoloc::live {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
-constexpr std::int64_t kBudget_ns = 100 * kMs;
+constexpr std::int64_t kMillisecond_ns = 1'000'000;
+constexpr std::int64_t kBudget_ns = 100 * kMillisecond_ns;
 
 void note(LatencyGovernor& governor, int frames, std::int64_t latency_ns) {
   for (int i = 0; i < frames; ++i) {
@@ -18,7 +18,7 @@ void note(LatencyGovernor& governor, int frames, std::int64_t latency_ns) {
 
 TEST(LatencyGovernor, StaysWithFullEffortInTheBudget) {
   LatencyGovernor governor(kBudget_ns, 3);
-  note(governor, 1000, 99 * kMs);
+  note(governor, 1000, 99 * kMillisecond_ns);
   EXPECT_EQ(governor.level(), 0);
   EXPECT_EQ(governor.missed(), 0U);
 }
@@ -26,9 +26,9 @@ TEST(LatencyGovernor, StaysWithFullEffortInTheBudget) {
 TEST(LatencyGovernor, AllowsOneMissInAHundred) {
   LatencyGovernor governor(kBudget_ns, 3);
   for (int i = 0; i < 20; ++i) {
-    note(governor, 1, 101 * kMs);
-    note(governor, 99, 50 * kMs);
-    note(governor, 1, 50 * kMs);
+    note(governor, 1, 101 * kMillisecond_ns);
+    note(governor, 99, 50 * kMillisecond_ns);
+    note(governor, 1, 50 * kMillisecond_ns);
   }
   EXPECT_EQ(governor.level(), 0);
   EXPECT_EQ(governor.missed(), 20U);
@@ -36,28 +36,28 @@ TEST(LatencyGovernor, AllowsOneMissInAHundred) {
 
 TEST(LatencyGovernor, DoesLessAfterMoreThanOneMissInAHundred) {
   LatencyGovernor governor(kBudget_ns, 3);
-  note(governor, 1, 101 * kMs);
-  note(governor, 50, 50 * kMs);
+  note(governor, 1, 101 * kMillisecond_ns);
+  note(governor, 50, 50 * kMillisecond_ns);
   EXPECT_EQ(governor.level(), 0);
-  note(governor, 1, 101 * kMs);
+  note(governor, 1, 101 * kMillisecond_ns);
   EXPECT_EQ(governor.level(), 1);
   EXPECT_EQ(governor.slowdowns(), 1U);
 }
 
 TEST(LatencyGovernor, KeepsTheLeastEffortWhenThatIsTooSlowToo) {
   LatencyGovernor governor(kBudget_ns, 3);
-  note(governor, 1000, 300 * kMs);
+  note(governor, 1000, 300 * kMillisecond_ns);
   EXPECT_EQ(governor.level(), 2);
   EXPECT_EQ(governor.slowdowns(), 2U);
 }
 
 TEST(LatencyGovernor, TriesMoreEffortOnceThereIsTimeToSpare) {
   LatencyGovernor governor(kBudget_ns, 3);
-  note(governor, 3, 300 * kMs);
+  note(governor, 3, 300 * kMillisecond_ns);
   ASSERT_EQ(governor.level(), 1);
-  note(governor, 10'000, 90 * kMs);  // in the budget, and nothing to spare
+  note(governor, 10'000, 90 * kMillisecond_ns);  // in the budget, and nothing to spare
   EXPECT_EQ(governor.level(), 1);
-  note(governor, 200, 40 * kMs);
+  note(governor, 200, 40 * kMillisecond_ns);
   EXPECT_EQ(governor.level(), 0);
 }
 
@@ -66,7 +66,7 @@ TEST(LatencyGovernor, TriesEverMoreRarelyWhatProvesTooSlow) {
   int tries = 0;
   for (int i = 0; i < 20'000; ++i) {
     const int before = governor.level();
-    governor.note(before == 0 ? 150 * kMs : 20 * kMs);
+    governor.note(before == 0 ? 150 * kMillisecond_ns : 20 * kMillisecond_ns);
     tries += governor.level() < before ? 1 : 0;
   }
   EXPECT_GE(tries, 3);
