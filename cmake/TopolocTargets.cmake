@@ -89,4 +89,8 @@ function(topoloc_test kind module)
     add_test(NAME ${target} COMMAND ${target})
   endif()
   set_tests_properties(${target} PROPERTIES LABELS ${kind} TIMEOUT 900)
+  if(TOPOLOC_SANITIZE MATCHES thread)
+    set_tests_properties(${target} PROPERTIES
+                         ENVIRONMENT TSAN_OPTIONS=suppressions=${CMAKE_SOURCE_DIR}/tests/tsan.supp)
+  endif()
 endfunction()

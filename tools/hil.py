@@ -33,8 +33,9 @@ ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = """examples:
   make hil
   tools/hil.py --drive ../shared/data/kitti_0039 --seconds 15 --json hil.json"""
-SETTLED_AFTER_S = 2.0
+RATE_HZ = 200.0  # of the estimator
 MAX_APET_M = 0.12
+NO_VCAN = 125  # exit code of tools/with-vcan
 MAX_MISSED_SHARE = 0.005
 
 
@@ -148,7 +149,7 @@ def play(
     """Runs the processes; what they say is in `out` (tools/hil_guest.py). Odd frames only."""
     shutil.rmtree(out, ignore_errors=True)
     out.mkdir(parents=True)
-    subprocess.run(
+    done = subprocess.run(
         [
             *(ROOT / "tools/with-vcan", "--timeout", "600", "--"),
             *(sys.executable, ROOT / "tools/hil_guest.py", "--bins", args.bins, "--work", out),
@@ -156,23 +157,30 @@ def play(
             f"--initial-pose={first_pose(drive / 'ground_truth.tum')}",
             *("--replay", "--frames", "odd", *options),
         ],
-        check=True,
+        check=False,
     )
+    if done.returncode == NO_VCAN:
+        print("skipped: there is no virtual CAN to be had here")
+        sys.exit(0)
+    if done.returncode != 0:
+        sys.exit(f"hil: the run failed (exit code {done.returncode}), see {out}")
 
 
-def check_ticks(checks: Checks, published: Published) -> None:
+def check_ticks(checks: Checks, published: Published, max_missed: float) -> None:
     c = published.counters
     ticks = [e.tick for e in published.estimates]
-    elapsed = ticks[-1] - ticks[0] + 1
+    first, last = published.estimates[0], published.estimates[-1]
+    elapsed = round(1e-6 * (last.utime - first.utime) * RATE_HZ) + 1
     checks.add(
         "published + missed = elapsed x rate",
         c["ticks.done"] + c["ticks.missed"] == ticks[-1] + 1
+        and abs(ticks[-1] - ticks[0] + 1 - elapsed) <= 2  # states are of now, or of newer data
         and c["estimates.published"] + c["estimates.lost"] == c["ticks.done"],
         f"{c['estimates.published']} published, {c['estimates.lost']} lost, "
-        f"{c['ticks.missed']} missed of {ticks[-1] + 1}",
+        f"{c['ticks.missed']} missed of {ticks[-1] + 1}, {elapsed} by the clock",
     )
     share = c["ticks.missed"] / elapsed
-    checks.add("missed ticks", share <= MAX_MISSED_SHARE, f"{100 * share:.2f} %")
+    checks.add("missed ticks", share <= max_missed, f"{100 * share:.2f} %")
     checks.add(
         "received = published",
         len(ticks) == c["estimates.published"],
@@ -263,6 +271,12 @@ def bench_parser(description: str | None, epilog: str) -> argparse.ArgumentParse
 def main() -> int:
     parser = bench_parser(__doc__, EXAMPLES)
     parser.add_argument("--seconds", type=float, default=1e5, help="only so much of the drive")
+    parser.add_argument(
+        "--max-missed",
+        type=float,
+        default=MAX_MISSED_SHARE,
+        help="share of ticks that may be missed (default: %(default)s)",
+    )
     args = parser.parse_args()
     if not args.drive.is_dir():
         print(f"skipped: {args.drive} is not there")
@@ -281,7 +295,7 @@ def main() -> int:
         f"exit codes {ended['localiser_exit']} and {ended['replay_exit']}, "
         f"stopped in {ended['stop_ms']:.0f} ms",
     )
-    check_ticks(checks, published)
+    check_ticks(checks, published, args.max_missed)
     check_inputs(checks, published, replay)
     check_accuracy(checks, args, drive, out, published, replay)
     check_journal(checks, args, vehicle, out, published)

@@ -13,6 +13,7 @@
 
 #include "live/receive_buffer.hpp"
 
+#include <cstdlib>
 #include <exception>
 #include <functional>
 #include <numeric>
@@ -137,7 +138,12 @@ Check check_writable(const std::filesystem::path& folder, const std::string& key
   while (!std::filesystem::exists(existing)) {
     existing = existing.has_parent_path() ? existing.parent_path() : ".";
   }
-  if (access(existing.c_str(), W_OK) != 0) {
+  std::string trial = existing / ".topoloc-check-XXXXXX";
+  const int file = mkstemp(trial.data());
+  if (file >= 0) {
+    close(file);
+    unlink(trial.c_str());
+  } else {
     return error(fmt::format("{}: cannot be written by this user: change its owner, or {}",
                              existing.string(), key));
   }
