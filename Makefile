@@ -5,10 +5,10 @@
 PRESET ?= release
 
 .DEFAULT_GOAL := help
-.PHONY: help setup models build test sanitize demo bench format lint
+.PHONY: help setup models build test sanitize demo hil hil-faults bench format lint
 
 help: ## Show this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: ## Install packages, Python environment, third-party libraries and models
 	@tools/setup
@@ -35,6 +35,10 @@ demo: build ## Map and localise a recorded drive: make demo DRIVE=path/to/kitti_
 hil: PRESET = release
 hil: build ## Vehicle process on a virtual CAN bus, in real time, with the recorded drive
 	@.venv/bin/python tools/hil.py
+
+hil-faults: PRESET = release
+hil-faults: build ## Every kind of fault through the real process on a virtual CAN bus
+	@.venv/bin/python tools/hil_faults.py
 
 bench: PRESET = release
 bench: build ## Run the benchmarks

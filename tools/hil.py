@@ -18,6 +18,7 @@ import math
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -122,24 +123,38 @@ def prepare(args: argparse.Namespace) -> tuple[Path, Path, Path]:
     # One CPU has to do for everything in a guest: no network for matching.
     config = yaml.safe_load((drive / "vehicle.yaml").read_text())
     config["matching"] = {"matcher": "mutual", "threads": 1}
+    config["can"]["checks"] = [
+        {"message": message, "counter": f"{prefix}_COUNTER"}
+        for message, prefix in (
+            ("IMU_ACCEL", "ACCEL"),
+            ("IMU_RATE", "RATE"),
+            ("WHEEL_SPEEDS", "SPEED"),
+            ("TRAVEL_DIRECTION", "DIRECTION"),
+        )
+    ]
     vehicle = drive / "vehicle_hil.yaml"
     vehicle.write_text(yaml.safe_dump(config, sort_keys=False))
     return drive, built, vehicle
 
 
-def play(args: argparse.Namespace, drive: Path, built: Path, vehicle: Path, out: Path) -> None:
+def play(
+    args: argparse.Namespace,
+    drive: Path,
+    built: Path,
+    vehicle: Path,
+    out: Path,
+    options: Sequence[str | Path],
+) -> None:
+    """Runs the processes; what they say is in `out` (tools/hil_guest.py). Odd frames only."""
     shutil.rmtree(out, ignore_errors=True)
     out.mkdir(parents=True)
-    replay = ["--frames", "odd"]
-    if args.seconds:
-        replay += ["--duration", f"{args.seconds:g}"]
     subprocess.run(
         [
             *(ROOT / "tools/with-vcan", "--timeout", "600", "--"),
             *(sys.executable, ROOT / "tools/hil_guest.py", "--bins", args.bins, "--work", out),
             *("--config", vehicle, "--map", built, "--drive", drive),
             f"--initial-pose={first_pose(drive / 'ground_truth.tum')}",
-            *("--replay", *(f"{r}" for r in replay)),
+            *("--replay", "--frames", "odd", *options),
         ],
         check=True,
     )
@@ -224,22 +239,29 @@ def print_timing(timing: Any) -> None:
               f"{s.max_us:.0f} |")  # fmt: skip
 
 
-def main() -> int:
+def bench_parser(description: str | None, epilog: str) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        description=__doc__, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
+        description=description,
+        epilog=epilog,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--drive", type=Path, default=ROOT / "../shared/data/kitti_0039")
     parser.add_argument("--bins", type=Path, default=ROOT / "build/release/bin")
     parser.add_argument("--work", type=Path, default=ROOT / "build/hil")
-    parser.add_argument("--seconds", type=float, help="only so much of the drive")
-    parser.add_argument("--json", type=Path, help="checks and figures as JSON")
+    parser.add_argument("--json", type=Path, help="checks and what they found, as JSON")
+    return parser
+
+
+def main() -> int:
+    parser = bench_parser(__doc__, EXAMPLES)
+    parser.add_argument("--seconds", type=float, default=1e5, help="only so much of the drive")
     args = parser.parse_args()
     if not args.drive.is_dir():
         print(f"skipped: {args.drive} is not there")
         return 0
     drive, built, vehicle = prepare(args)
     out = args.work / "run"
-    play(args, drive, built, vehicle, out)
+    play(args, drive, built, vehicle, out, ["--duration", f"{args.seconds:g}"])
     ended = json.loads((out / "run.json").read_text())
     replay = json.loads((out / "replay.json").read_text())
     published = Published(out / "log.lcm", message_types(args.work / "lcmtypes"))

@@ -41,6 +41,9 @@ void print_summary(const Options& options, const nlohmann::json& figures, const 
   for (const auto& [why, count] : figures["rejected"].items()) {
     fmt::print("  rejected {}: {}\n", why, count.get<std::uint64_t>());
   }
+  if (drive.lost_messages > 0) {
+    fmt::print("CAN messages missing in the log, by their counters: {}\n", drive.lost_messages);
+  }
   if (!drive.first_malformed_line.empty()) {
     fmt::print("first malformed line: {}\n", drive.first_malformed_line);
   }

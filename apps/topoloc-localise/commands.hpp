@@ -21,6 +21,7 @@ struct Options {
   std::string json;
   // Live: the vehicle process.
   std::filesystem::path config;
+  bool check = false;
   std::vector<std::string> can;
   std::string lcm_url;
   std::filesystem::path journal;
@@ -35,6 +36,8 @@ struct Options {
 
 void localise_drive(const Options& options);
 void replay_journal(const Options& options);
+/// Returns the exit code.
+int check_vehicle(const Options& options);
 /// Until SIGTERM, SIGINT or an LCM command. Returns the exit code.
 int localise_live(const Options& options);
 

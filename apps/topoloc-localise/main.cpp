@@ -15,6 +15,7 @@ constexpr const char* kExamples = R"(
 Examples:
   topoloc-localise --config vehicle.yaml --map town.tmap       (the vehicle process)
   topoloc-localise --config vehicle.yaml --map town.tmap --can can0=vcan0 --journal /var/tmp/flight
+  topoloc-localise --config vehicle.yaml --map town.tmap --check
   topoloc-localise --config vehicle.yaml --replay /var/tmp/flight --out replayed.tum
   topoloc-localise --drive drives/monday --map town.tmap --out monday.tum
   topoloc-localise --drive drives/monday --map town.tmap --out monday.tum \
@@ -57,8 +58,8 @@ void add_options(CLI::App& app, Options& options) {
                           "Seconds by which matches reach the filter late")
                ->check(CLI::Range(0.0, 10.0))
                ->capture_default_str());
-  of_drive(app.add_option("--json", options.json,
-                          "Write the summary as JSON to this file, - for stdout"));
+  app.add_option("--json", options.json,
+                 "With --drive or --check: the summary as JSON to this file, - for stdout");
 
   constexpr const char* kLive = "Of the vehicle process";
   const auto live = [&](CLI::Option* option) { option->group(kLive)->needs(config); };
@@ -66,6 +67,9 @@ void add_options(CLI::App& app, Options& options) {
                       "CAN interfaces instead of the configuration's; can0=vcan0: vcan0 where it "
                       "says can0")
            ->take_all());
+  live(app.add_flag("--check", options.check,
+                    "Try all that the process needs (configuration, DBC, map, models, interfaces, "
+                    "buffers, privileges), say what is missing, and exit"));
   live(app.add_option("--lcm", options.lcm_url, "LCM address instead of the configuration's"));
   live(app.add_option("--journal", options.journal,
                       "Folder for the flight recorder, instead of the configuration's"));
@@ -91,7 +95,8 @@ int run(const Options& options) {
     topoloc::apps::replay_journal(options);
     return 0;
   }
-  return topoloc::apps::localise_live(options);
+  return options.check ? topoloc::apps::check_vehicle(options)
+                       : topoloc::apps::localise_live(options);
 }
 
 }  // namespace

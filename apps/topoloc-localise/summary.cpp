@@ -84,6 +84,7 @@ nlohmann::json summary(const Drive& drive, const FrameLog* frames, const BatchRe
       {"median_inliers", median(inliers)},
       {"median_frame_ms", median(frame_ms)},
       {"verdicts", verdicts},
+      {"can_messages_lost", drive.lost_messages},
       {"rejected", rejected(drive, frames, result)},
       {"first_malformed_line", drive.first_malformed_line},
       {"first_rejected_frame", frames != nullptr ? frames->first_error() : ""},

@@ -76,16 +76,16 @@ class CanOutput {
     for (const std::string& option : options) {
       const std::size_t equals = option.find('=');
       if (equals == std::string::npos && log.frames.size() > 1) {
-        throw std::runtime_error(log_file + ": has frames of several interfaces (" + in_log +
-                                 "): say where each goes, --can " + log.frames.begin()->first +
-                                 "=" + option);
+        throw std::runtime_error(fmt::format(
+            "{}: has frames of several interfaces ({}): say where each goes, --can {}={}", log_file,
+            in_log, log.frames.begin()->first, option));
       }
       const std::string interface =
           equals == std::string::npos ? log.frames.begin()->first : option.substr(0, equals);
       const std::string device = equals == std::string::npos ? option : option.substr(equals + 1);
       if (!log.frames.contains(interface)) {
-        throw std::runtime_error(log_file + ": no frame of interface '" + interface +
-                                 "' (there are: " + in_log + ")");
+        throw std::runtime_error(fmt::format("{}: no frame of interface '{}' (there are: {})",
+                                             log_file, interface, in_log));
       }
       if (!senders_.emplace(interface, std::make_unique<can::CanSender>(device)).second) {
         throw std::runtime_error("--can: interface '" + interface + "' of the log is there twice");

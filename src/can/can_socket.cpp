@@ -9,7 +9,6 @@
 #include <linux/can/raw.h>
 #include <linux/errqueue.h>
 #include <linux/net_tstamp.h>
-#include <stdexcept>
 #include <system_error>
 
 namespace topoloc::can {
@@ -20,10 +19,6 @@ constexpr int kMaxReads = 3;
 
 std::int64_t to_ns(const timespec& time) {
   return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
-}
-
-[[noreturn]] void fail(const std::string& device, const std::string& what) {
-  throw std::runtime_error("CAN interface '" + device + "': " + what);
 }
 
 }  // namespace
@@ -48,7 +43,7 @@ CanSocket::CanSocket(const CanInput& input, const CanReceiverOptions& options)
   // All is set before the first frame can come in.
   make_filters(input);
   if (!set_filters()) {
-    fail(device_, "cannot set the filter: " + std::generic_category().message(errno));
+    fail_on(device_, "cannot set the filter: " + std::generic_category().message(errno));
   }
   set_buffer(options.buffer_bytes);
   request_stamps();
@@ -58,8 +53,8 @@ CanSocket::CanSocket(const CanInput& input, const CanReceiverOptions& options)
 
 void CanSocket::make_filters(const CanInput& input) {
   if (input.ids.size() > CAN_RAW_FILTER_MAX) {
-    fail(device_, "the kernel filters by at most " + std::to_string(CAN_RAW_FILTER_MAX) + " ids, " +
-                      std::to_string(input.ids.size()) + " are configured");
+    fail_on(device_, "the kernel filters by at most " + std::to_string(CAN_RAW_FILTER_MAX) +
+                         " ids, " + std::to_string(input.ids.size()) + " are configured");
   }
   for (const FrameId& id : input.ids) {
     filters_.push_back({.can_id = id.id | (id.extended ? CAN_EFF_FLAG : 0U),
@@ -97,7 +92,7 @@ void CanSocket::request_stamps() {
                    SOF_TIMESTAMPING_RX_SOFTWARE | SOF_TIMESTAMPING_SOFTWARE;
   if (::setsockopt(socket_.number(), SOL_SOCKET, SO_TIMESTAMPING, &both, sizeof(both)) != 0 &&
       ::setsockopt(socket_.number(), SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof(on)) != 0) {
-    fail(device_, "the kernel gives no time stamps: " + std::generic_category().message(errno));
+    fail_on(device_, "the kernel gives no time stamps: " + std::generic_category().message(errno));
   }
 }
 

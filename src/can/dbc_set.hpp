@@ -21,6 +21,7 @@ class DbcSet {
   /// Throws std::runtime_error where it is in none or in several, or where its message has the id
   /// of another message already in use that the interface does not tell apart.
   SignalRef signal(std::string_view message_dot_signal, std::string_view interface);
+  [[nodiscard]] const std::vector<Dbc>& all() const { return dbcs_; }
 
  private:
   struct UsedMessage {

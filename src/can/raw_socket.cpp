@@ -8,6 +8,7 @@
 #include <linux/can/raw.h>
 #include <net/if.h>
 #include <net/if_arp.h>
+#include <set>
 #include <stdexcept>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
@@ -17,10 +18,6 @@
 
 namespace topoloc::can {
 namespace {
-
-[[noreturn]] void fail(const std::string& device, const std::string& what) {
-  throw std::runtime_error("CAN interface '" + device + "': " + what);
-}
 
 std::string reason(int error) { return std::generic_category().message(error); }
 
@@ -33,22 +30,30 @@ ifreq request_for(const std::string& device) noexcept {
 
 /// "vcan0, can1", or "none".
 std::string can_interfaces(int socket) {
-  std::string names;
+  std::set<std::string> found;
   struct if_nameindex* const all = ::if_nameindex();
   for (const struct if_nameindex* entry = all; entry != nullptr && entry->if_index != 0; ++entry) {
     ifreq request = request_for(entry->if_name);
     if (::ioctl(socket, SIOCGIFHWADDR, &request) == 0 &&
         request.ifr_hwaddr.sa_family == ARPHRD_CAN) {
-      names += (names.empty() ? "" : ", ") + std::string(entry->if_name);
+      found.insert(entry->if_name);
     }
   }
   if (all != nullptr) {
     ::if_freenameindex(all);
   }
+  std::string names;
+  for (const std::string& device_name : found) {
+    names += (names.empty() ? "" : ", ") + device_name;
+  }
   return names.empty() ? "none" : names;
 }
 
 }  // namespace
+
+void fail_on(const std::string& device, const std::string& what) {
+  throw std::runtime_error("CAN interface '" + device + "': " + what);
+}
 
 Descriptor::~Descriptor() {
   if (number_ >= 0) {
@@ -62,15 +67,15 @@ int open_raw_socket(const std::string& device) {
   Descriptor socket(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, CAN_RAW));
   if (socket.number() < 0) {
     if (errno == EAFNOSUPPORT || errno == EPROTONOSUPPORT) {
-      fail(device,
-           "the kernel has no SocketCAN: load it with 'modprobe can-raw', or try on a "
-           "virtual bus with tools/with-vcan");
+      fail_on(device,
+              "the kernel has no SocketCAN: load it with 'modprobe can-raw', or try on a "
+              "virtual bus with tools/with-vcan");
     }
-    fail(device, "cannot open a CAN socket: " + reason(errno));
+    fail_on(device, "cannot open a CAN socket: " + reason(errno));
   }
   const int on = 1;
   if (::setsockopt(socket.number(), SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof(on)) != 0) {
-    fail(device, "the kernel's SocketCAN knows no CAN FD: " + reason(errno));
+    fail_on(device, "the kernel's SocketCAN knows no CAN FD: " + reason(errno));
   }
   return socket.release();
 }
@@ -88,17 +93,18 @@ bool bind_to(int socket, const std::string& device) noexcept {
 
 void bind_or_throw(int socket, const std::string& device) {
   if (device.empty() || device.size() > kMaxInterfaceNameBytes) {
-    fail(device, "a name of 1 to 15 letters is expected");
+    fail_on(device, "a name of 1 to 15 letters is expected");
   }
   if (!bind_to(socket, device)) {
     const int error = errno;
     const ifreq request = request_for(device);
     const bool exists = ::if_nametoindex(static_cast<const char*>(request.ifr_name)) != 0;
-    fail(device, (exists ? error == ENODEV ? "is no CAN interface" : "cannot bind: " + reason(error)
-                         : "there is no such interface") +
-                     " (CAN interfaces here: " + can_interfaces(socket) +
-                     "); plug it in, or set it up: ip link set " + device +
-                     " up type can bitrate 500000");
+    fail_on(device,
+            (exists ? error == ENODEV ? "is no CAN interface" : "cannot bind: " + reason(error)
+                    : "there is no such interface") +
+                " (CAN interfaces here: " + can_interfaces(socket) +
+                "); plug it in, or set it up: ip link set " + device +
+                " up type can bitrate 500000");
   }
 }
 

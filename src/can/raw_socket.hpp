@@ -27,6 +27,9 @@ class Descriptor {
   int number_;
 };
 
+/// Throws std::runtime_error "CAN interface 'DEVICE': WHAT".
+[[noreturn]] void fail_on(const std::string& device, const std::string& what);
+
 /// A raw CAN socket, not bound yet, that takes CAN FD. Throws std::runtime_error.
 int open_raw_socket(const std::string& device);
 

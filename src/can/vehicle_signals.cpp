@@ -12,8 +12,10 @@ namespace topoloc::can {
 
 std::string_view name(SignalReject reason) {
   constexpr std::array<std::string_view, kSignalRejectCount> kNames = {
-      "not a data frame", "too short",          "multiplex mismatch", "out of limits",
-      "not finite",       "non-monotonic time", "leap in time",       "unpaired"};
+      "not a data frame",     "too short",     "multiplex mismatch",
+      "out of limits",        "not finite",    "non-monotonic time",
+      "leap in time",         "unpaired",      "wrong checksum",
+      "counter out of range", "counter frozen"};
   return kNames[static_cast<std::size_t>(reason)];
 }
 
@@ -31,6 +33,7 @@ VehicleSamples VehicleSignals::feed(const Frame& frame) noexcept {
   auto part = std::lower_bound(table.parts.begin(), table.parts.end(), id, by_id);
   bool taken = false;
   bool mismatch = false;
+  bool checked = false;
   for (; part != table.parts.end() && part->id == id; ++part) {
     if (!part->takes_interface_of(frame)) {
       continue;
@@ -38,6 +41,13 @@ VehicleSamples VehicleSignals::feed(const Frame& frame) noexcept {
     if (frame.kind != FrameKind::kData) {
       table.reject(SignalReject::kNotDataFrame);
       return samples;
+    }
+    if (!checked) {
+      checked = true;
+      if (const auto reject = table.check(frame)) {
+        table.reject(*reject);
+        return samples;
+      }
     }
     const auto reject = table.read(*part, frame, samples);
     if (reject == SignalReject::kMultiplexMismatch) {
@@ -53,6 +63,27 @@ VehicleSamples VehicleSignals::feed(const Frame& frame) noexcept {
     table.reject(SignalReject::kMultiplexMismatch);
   }
   return samples;
+}
+
+std::optional<SignalReject> VehicleSignals::Table::check(const Frame& frame) {
+  for (MessageCheck& message : checks) {
+    if (!message.concerns(frame)) {
+      continue;
+    }
+    switch (message.check(frame)) {
+      case CheckVerdict::kOk:
+        break;
+      case CheckVerdict::kTooShort:
+        return SignalReject::kTooShort;
+      case CheckVerdict::kWrongChecksum:
+        return SignalReject::kWrongChecksum;
+      case CheckVerdict::kCounterOutOfRange:
+        return SignalReject::kCounterOutOfRange;
+      case CheckVerdict::kCounterFrozen:
+        return SignalReject::kCounterFrozen;
+    }
+  }
+  return std::nullopt;
 }
 
 std::optional<SignalReject> VehicleSignals::Table::read(const SignalPart& part, const Frame& frame,
@@ -122,6 +153,14 @@ std::vector<UsedMessage> VehicleSignals::used_messages() const {
 
 std::uint64_t VehicleSignals::rejected(SignalReject reason) const {
   return table_->rejected[static_cast<std::size_t>(reason)];
+}
+
+std::uint64_t VehicleSignals::lost_messages() const {
+  std::uint64_t lost = 0;
+  for (const MessageCheck& check : table_->checks) {
+    lost += check.lost();
+  }
+  return lost;
 }
 
 std::uint64_t VehicleSignals::new_time_lines() const { return table_->new_time_lines; }

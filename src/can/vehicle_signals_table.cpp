@@ -119,6 +119,7 @@ VehicleSignals::Table::Table(const VehicleSignalsConfig& config) {
     fail(config, "neither IMU nor wheel speed signals are configured");
   }
   add_direction(dbcs, config);
+  add_checks(dbcs, config);
   // The direction first: it holds for the wheel speeds that come in the same frame.
   std::stable_sort(parts.begin(), parts.end(), [](const SignalPart& a, const SignalPart& b) {
     return a.id != b.id ? a.id < b.id : a.group == SampleGroup::kDirection && b.group != a.group;
@@ -222,6 +223,21 @@ void VehicleSignals::Table::add_direction(DbcSet& dbcs, const VehicleSignalsConf
     reverse_raw.push_back(reverse_bits(config, *ref.signal, text));
   }
   part_of(ref, SampleGroup::kDirection, wanted.interface).raw_signal = ref.signal->coding;
+}
+
+void VehicleSignals::Table::add_checks(const DbcSet& dbcs, const VehicleSignalsConfig& config) {
+  checks = make_checks(config.checks, dbcs.all());
+  for (std::size_t i = 0; i < checks.size(); ++i) {
+    const bool used = std::any_of(parts.begin(), parts.end(), [&](const SignalPart& part) {
+      const std::string_view interface = part.interface_name.data();
+      return part.id == checks[i].id() && (interface.empty() || checks[i].interface().empty() ||
+                                           interface == checks[i].interface());
+    });
+    if (!used) {
+      throw std::runtime_error(config.checks[i].place + ": message '" + config.checks[i].message +
+                               "' has none of the configured signals");
+    }
+  }
 }
 
 }  // namespace topoloc::can

@@ -21,7 +21,8 @@ struct VehicleSignals::Table {
   /// Looks everything up in the DBC files; throws as the constructor of VehicleSignals says.
   explicit Table(const VehicleSignalsConfig& config);
 
-  std::vector<SignalPart> parts;  ///< sorted by key
+  std::vector<SignalPart> parts;  ///< sorted by id
+  std::vector<MessageCheck> checks;
 
   SampleAssembler imu;
   std::size_t imu_time_part = 0;
@@ -39,6 +40,8 @@ struct VehicleSignals::Table {
   void reject(SignalReject reason, std::uint64_t count = 1) {
     rejected[static_cast<std::size_t>(reason)] += count;
   }
+  /// Counter and checksum of a frame, where configured.
+  std::optional<SignalReject> check(const Frame& frame);
   /// Reads one part of a sample; `samples` gets what it completes.
   std::optional<SignalReject> read(const SignalPart& part, const Frame& frame,
                                    VehicleSamples& samples);
@@ -47,6 +50,7 @@ struct VehicleSignals::Table {
   void add_imu(DbcSet& dbcs, const VehicleSignalsConfig& config);
   void add_wheels(DbcSet& dbcs, const VehicleSignalsConfig& config);
   void add_direction(DbcSet& dbcs, const VehicleSignalsConfig& config);
+  void add_checks(const DbcSet& dbcs, const VehicleSignalsConfig& config);
   SignalPart& part_of(const SignalRef& ref, SampleGroup group, std::string_view interface);
   [[nodiscard]] std::size_t part_count(SampleGroup group) const;
 };

@@ -5,8 +5,10 @@
 #include "config/sections.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 namespace topoloc::config {
 namespace {
@@ -44,6 +46,51 @@ std::filesystem::path existing_file(const StrictNode& node, const char* key,
     throw node.error(key, "no such file: " + file.string());
   }
   return file;
+}
+
+/// 0 to 65535, also as 0x1A2B.
+std::optional<std::uint16_t> read_data_id(StrictNode& node) {
+  std::string text;
+  node.read("data_id", text);
+  if (text.empty()) {
+    return std::nullopt;
+  }
+  const bool hexadecimal = text.starts_with("0x") || text.starts_with("0X");
+  const char* const first = text.data() + (hexadecimal ? 2 : 0);
+  const char* const last = text.data() + text.size();
+  std::uint16_t value = 0;
+  const auto [end, failure] = std::from_chars(first, last, value, hexadecimal ? 16 : 10);
+  if (failure != std::errc{} || end != last) {
+    throw node.error("data_id", "expected a number from 0 to 65535, found '" + text + "'");
+  }
+  return value;
+}
+
+can::MessageCheckConfig read_check(StrictNode& node) {
+  can::MessageCheckConfig check;
+  node.require("message", check.message);
+  check.place = node.place("message");
+  node.read("interface", check.interface);
+  node.read("counter", check.counter);
+  if (node.has("counter_max")) {
+    int most = 0;
+    node.read("counter_max", most, Range{1, 2e9});
+    check.counter_max = static_cast<std::uint64_t>(most);
+  }
+  node.read("checksum", check.checksum);
+  if (check.counter.empty() && check.checksum.empty()) {
+    throw node.error("message", "expected a counter or a checksum with it");
+  }
+  if (!check.checksum.empty()) {
+    const auto& names = can::kChecksumNames;
+    std::string algorithm;
+    node.require("algorithm", algorithm, std::vector<std::string>(names.begin(), names.end()));
+    check.algorithm = static_cast<can::Checksum>(std::find(names.begin(), names.end(), algorithm) -
+                                                 names.begin());
+    check.data_id = read_data_id(node);
+  }
+  node.finish();
+  return check;
 }
 
 void require_file(StrictNode& node, const char* key, std::filesystem::path& target) {
@@ -101,6 +148,10 @@ void read_can(StrictNode& top, can::VehicleSignalsConfig& config) {
   }
   direction.read("interface", config.direction.interface);
   direction.finish();
+
+  for (StrictNode& check : can.items("checks")) {
+    config.checks.push_back(read_check(check));
+  }
   can.finish();
 }
 
@@ -129,6 +180,10 @@ void read_imu(StrictNode& top, estimation::EstimatorConfig& config) {
   read_vector(imu, "accel_bias_mps2", config.initial_accel_bias_mps2, {-10.0, 10.0});
   imu.read("gyro_bias_std_radps", config.initial.gyro_bias_radps, positive_up_to(1.0));
   imu.read("accel_bias_std_mps2", config.initial.accel_bias_mps2, positive_up_to(10.0));
+  imu.read("max_force_mps2", config.imu_screen.max_force_mps2, positive_up_to(1e4));
+  imu.read("max_rate_radps", config.imu_screen.max_rate_radps, positive_up_to(1e3));
+  imu.read("max_force_jump_mps2", config.imu_screen.max_force_jump_mps2, positive_up_to(1e4));
+  imu.read("max_rate_jump_radps", config.imu_screen.max_rate_jump_radps, positive_up_to(1e3));
   imu.finish();
   const KalibrImu kalibr = load_kalibr_imu(calibration);
   config.models.imu = kalibr.noise;

@@ -66,6 +66,7 @@ void read_can_log(const std::filesystem::path& file, Drive& drive) {
     before_last += append_later(drive.speed, samples.speed) ? 0 : 1;
   }
   drive.can_frames = reader.frame_count();
+  drive.lost_messages = signals.lost_messages();
   drive.first_malformed_line = reader.first_error();
   if (reader.malformed_count() > 0) {
     drive.rejected["malformed line"] = reader.malformed_count();

@@ -62,7 +62,8 @@ Estimator::Estimator(const EstimatorConfig& config)
     : config_(config),
       history_(config.models, config.history),
       standstill_(config.models.standstill),
-      imu_time_line_(imu_time_line(config.health)) {}
+      imu_time_line_(imu_time_line(config.health)),
+      imu_screen_(config.imu_screen) {}
 
 const Estimate& Estimator::tick(std::int64_t now_ns, const TickInputs& inputs) {
   report_count_ = 0;
@@ -154,6 +155,7 @@ void Estimator::forget_time_line() {
   last_imu_.reset();
   last_speed_.reset();
   imu_time_line_ = imu_time_line(config_.health);
+  imu_screen_ = ImuScreen(config_.imu_screen);
   imu_gap_ = false;
   const Counters counters = estimate_.counters;
   estimate_ = {};
@@ -186,7 +188,12 @@ void Estimator::take_imu(const ImuSample& sample) {
     count(estimate_.counters.imu, InsertVerdict::kInFuture);
     return;
   }
-  if (finite && last_imu_ && sample.time_ns > last_imu_->time_ns) {
+  const bool later = !last_imu_ || sample.time_ns > last_imu_->time_ns;
+  if (finite && later && !imu_screen_.believes(sample)) {
+    count(estimate_.counters.imu, InsertVerdict::kImplausible);
+    return;
+  }
+  if (finite && last_imu_ && later) {
     imu_gap_ = seconds(sample.time_ns - last_imu_->time_ns) > config_.health.imu_timeout_s;
     estimate_.counters.imu_gaps += imu_gap_ ? 1 : 0;
   }

@@ -45,6 +45,8 @@ const char* name(InsertVerdict verdict) {
       return "too_old";
     case InsertVerdict::kPendingFull:
       return "pending_full";
+    case InsertVerdict::kImplausible:
+      return "implausible";
     case InsertVerdict::kInFuture:
       return "in_future";
   }

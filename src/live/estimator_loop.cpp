@@ -103,6 +103,7 @@ void EstimatorLoop::report(EstimatorStatus& status) const {
   for (std::size_t i = 0; i < status.signals.size(); ++i) {
     status.signals[i] = signals_.rejected(static_cast<can::SignalReject>(i));
   }
+  status.lost_messages = signals_.lost_messages();
   status.sensor_clock_steps = signals_.new_time_lines();
   status.system_clock_steps = clock_.steps();
   status.over_tick = over_tick_;

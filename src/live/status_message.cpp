@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/live/status_message.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
@@ -24,6 +25,7 @@ class CounterList {
   void add(std::string_view name, std::uint64_t value) {
     counter_t& counter = message_.counters.emplace_back();
     counter.name = name;
+    std::ranges::replace(counter.name, ' ', '_');
     counter.value = static_cast<std::int64_t>(value);
   }
 
@@ -110,6 +112,7 @@ void fill_status(const ProcessStatus& status, status_t& message) {
   list.add("can.over_tick", status.estimator.loop.over_tick);
   list.add_each<can::SignalReject>("signals", status.estimator.loop.signals,
                                    [](can::SignalReject why) { return can::name(why); });
+  list.add("signals.lost_messages", status.estimator.loop.lost_messages);
   list.add("signals.clock_steps", status.estimator.loop.sensor_clock_steps);
 
   const estimation::Counters& c = estimate.counters;

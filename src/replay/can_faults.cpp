@@ -47,7 +47,8 @@ void scale(const can::SignalRef& ref, double factor, can::Frame& frame) {
 
 }  // namespace
 
-CanFaults::CanFaults(const FaultScript& script) : affected_(script.faults.size()) {
+CanFaults::CanFaults(const FaultScript& script)
+    : script_(&script), affected_(script.faults.size()) {
   for (std::size_t i = 0; i < script.faults.size(); ++i) {
     states_.push_back({.fault = &script.faults[i],
                        .choice = {script.seed, i},
@@ -108,6 +109,7 @@ void CanFaults::run(std::size_t from, const TimedFrame& timed, std::vector<Timed
             scale(ref, fault.factor, current.frame);
           }
         }
+        seal(current.frame);
         break;
       default:
         break;
@@ -156,6 +158,15 @@ void CanFaults::freeze(State& state, bool active, can::Frame& frame, std::uint64
       if (const auto value = can::decode(ref.signal->coding, frozen)) {
         can::encode(ref.signal->coding, *value, std::span(frame.data).first(frame.length));
       }
+    }
+  }
+  seal(frame);
+}
+
+void CanFaults::seal(can::Frame& frame) const {
+  for (const can::MessageCheck& check : script_->checks) {
+    if (check.concerns(frame)) {
+      check.seal(frame);
     }
   }
 }

@@ -150,6 +150,7 @@ FaultScript load_fault_script(const std::filesystem::path& file,
   for (const auto& dbc : vehicle.dbcs) {
     script.dbcs.push_back(can::Dbc::load(dbc));
   }
+  script.checks = can::make_checks(vehicle.checks, script.dbcs);
   for (StrictNode& node : top.items("faults")) {
     script.faults.push_back(read_fault(node, script, vehicle));
   }

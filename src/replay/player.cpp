@@ -29,10 +29,10 @@ SendVerdict send_patiently(const SendFrame& send, const can::Frame& frame,
   return verdict;
 }
 
-/// Runs a track through its faults and hands out, at their times, what comes of it.
-template <typename Item, typename Track, typename Faults, typename Play>
+/// Runs a track through its faults: what comes of it is prepared ahead and sent at its time.
+template <typename Item, typename Track, typename Faults, typename Prepare, typename Send>
 void play(Track& track, Faults& faults, const Pacer& pacer, const std::atomic<bool>& stop,
-          const Play& play_one) {
+          const Prepare& prepare, const Send& send) {
   std::vector<Item> due;
   Item item;
   for (bool more = true; more;) {
@@ -40,10 +40,11 @@ void play(Track& track, Faults& faults, const Pacer& pacer, const std::atomic<bo
     due.clear();
     more ? faults.push(item, due) : faults.finish(due);
     for (const Item& next : due) {
+      prepare(next);
       if (!pacer.wait_until(next.elapsed_ns, stop)) {
         return;
       }
-      play_one(next);
+      send(next);
     }
   }
 }
@@ -53,14 +54,16 @@ void play(Track& track, Faults& faults, const Pacer& pacer, const std::atomic<bo
 CanPlayed play_can(CanTrack& track, CanFaults& faults, const SendFrame& send, const Pacer& pacer,
                    const std::atomic<bool>& stop) {
   CanPlayed played;
-  play<TimedFrame>(track, faults, pacer, stop, [&](const TimedFrame& next) {
+  const auto send_frame = [&](const TimedFrame& next) {
     ++played.frames;
     const SendVerdict verdict = send_patiently(send, next.frame, played.queue_waits);
     ++played.verdicts[static_cast<std::size_t>(verdict)];
     if (verdict == SendVerdict::kSent) {
       played.lateness.add(pacer.late_ns(next.elapsed_ns));
     }
-  });
+  };
+  play<TimedFrame>(
+      track, faults, pacer, stop, [](const TimedFrame&) {}, send_frame);
   return played;
 }
 
@@ -68,11 +71,14 @@ CameraPlayed play_camera(CameraTrack& track, CameraFaults& faults, const Publish
                          const Pacer& pacer, const std::atomic<bool>& stop) {
   CameraPlayed played;
   std::vector<std::byte> message;
-  play<TimedImage>(track, faults, pacer, stop, [&](const TimedImage& next) {
-    message.assign(next.message.begin(), next.message.end());
+  const auto prepare = [&](const TimedImage& next) {
     if (next.black) {
       message = black_image(next.message);
+    } else {
+      message.assign(next.message.begin(), next.message.end());
     }
+  };
+  const auto send_image = [&](const TimedImage& next) {
     transport::set_image_time(message, pacer.unix_ns(next.stamp_ns) / 1000);
     ++played.images;
     if (publish(message)) {
@@ -80,7 +86,8 @@ CameraPlayed play_camera(CameraTrack& track, CameraFaults& faults, const Publish
     } else {
       ++played.failed;
     }
-  });
+  };
+  play<TimedImage>(track, faults, pacer, stop, prepare, send_image);
   return played;
 }
 

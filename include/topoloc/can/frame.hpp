@@ -26,6 +26,7 @@ enum class FrameKind : std::uint8_t {
 struct FrameId {
   std::uint32_t id = 0;  ///< 11 or 29 bits, without flags
   bool extended = false;
+  // clang-tidy 14 takes it for a comparison with zero. NOLINTNEXTLINE(modernize-use-nullptr)
   auto operator<=>(const FrameId&) const = default;
 };
 

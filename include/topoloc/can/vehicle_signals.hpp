@@ -4,6 +4,7 @@
 
 #include "topoloc/can/dbc.hpp"
 #include "topoloc/can/frame.hpp"
+#include "topoloc/can/message_check.hpp"
 #include "topoloc/estimation/measurements.hpp"
 
 #include <array>
@@ -60,6 +61,9 @@ struct VehicleSignalsConfig {
     std::string interface;
   } direction;
 
+  /// Counters and checksums of messages with signals above.
+  std::vector<MessageCheckConfig> checks;
+
   /// Reject values outside the DBC's [min|max]. Some published files state wrong limits.
   bool check_limits = true;
 };
@@ -76,8 +80,11 @@ enum class SignalReject : std::uint8_t {
   kNonMonotonicTime,   ///< older than the sensor's previous frame, or same time as its last sample
   kLeapInTime,         ///< more than 5 s after the sensor's previous frame, and not yet confirmed
   kUnpaired,           ///< partner frame lost, counter differs or too far apart in time
+  kWrongChecksum,
+  kCounterOutOfRange,  ///< a counter beyond its largest value
+  kCounterFrozen,      ///< a counter as in the frame before
 };
-inline constexpr std::size_t kSignalRejectCount = 8;
+inline constexpr std::size_t kSignalRejectCount = 11;
 std::string_view name(SignalReject reason);
 
 /// What one frame completed.
@@ -90,6 +97,7 @@ struct VehicleSamples {
 struct UsedMessage {
   std::string interface;  ///< as configured; empty: any
   FrameId id;
+  // clang-tidy 14 takes it for a comparison with zero. NOLINTNEXTLINE(modernize-use-nullptr)
   auto operator<=>(const UsedMessage&) const = default;
 };
 
@@ -115,6 +123,8 @@ class VehicleSignals {
 
   [[nodiscard]] std::uint64_t rejected(SignalReject reason) const;
   [[nodiscard]] std::uint64_t rejected_total() const;
+  /// Messages that the counters of `checks` show to be missing.
+  [[nodiscard]] std::uint64_t lost_messages() const;
   /// How often a sensor's clock was set.
   [[nodiscard]] std::uint64_t new_time_lines() const;
 

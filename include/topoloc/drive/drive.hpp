@@ -25,6 +25,7 @@ struct Drive {
   std::vector<estimation::SpeedSample> speed;          ///< strictly increasing in time
   std::optional<evaluation::Trajectory> ground_truth;  ///< ground_truth.tum: T_world_imu
   std::uint64_t can_frames = 0;
+  std::uint64_t lost_messages = 0;  ///< missing in can.log, as far as counters tell (can.checks)
   /// What of can.log was not used, by reason; reasons that did not occur are left out.
   std::map<std::string, std::uint64_t> rejected;
   std::string first_malformed_line;  ///< of can.log, in words; empty if there was none

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "topoloc/estimation/fusion_history.hpp"
+#include "topoloc/estimation/imu_screen.hpp"
 #include "topoloc/estimation/standstill.hpp"
 #include "topoloc/estimation/time_line.hpp"
 
@@ -44,6 +45,7 @@ struct EstimatorConfig {
   HistoryConfig history;
   InitialUncertainty initial;
   HealthConfig health;
+  ImuScreenConfig imu_screen;
   /// Biases that the filter starts with, in the IMU frame; uncertainty from InitialUncertainty.
   Eigen::Vector3d initial_accel_bias_mps2 = Eigen::Vector3d::Zero();
   Eigen::Vector3d initial_gyro_bias_radps = Eigen::Vector3d::Zero();
@@ -177,6 +179,7 @@ class Estimator {
   std::int64_t last_fix_ns_ = 0;  ///< of the start, if !has_fix_
   Eigen::Vector3d travelled_from_ = Eigen::Vector3d::Zero();
   TimeLine imu_time_line_;
+  ImuScreen imu_screen_;
   bool imu_gap_ = false;
   bool has_fix_ = false;
   int consecutive_rejections_ = 0;

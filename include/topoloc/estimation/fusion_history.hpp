@@ -48,8 +48,9 @@ enum class InsertVerdict {
   kTooOld,        ///< before the oldest state kept
   kPendingFull,   ///< too many events wait for inertial data
   kInFuture,      ///< further ahead of the inertial data than the history is long
+  kImplausible,   ///< IMU sample that no road vehicle makes (ImuScreen)
 };
-inline constexpr int kInsertVerdictCount = 7;
+inline constexpr int kInsertVerdictCount = 8;
 const char* name(InsertVerdict verdict);
 
 /// Independent uncertainty to be added to parts of the state (one standard deviation per axis).

@@ -32,14 +32,14 @@ struct GivenPose {
 
 /// All that the estimator thread shares with other threads. One thread at each end of each ring.
 struct EstimatorPorts {
-  static constexpr std::size_t kSeconds = 256;  ///< ticks that a stalled reader may miss: over 1 s
+  static constexpr std::size_t kTicks = 256;  ///< that a stalled reader may miss: over 1 s
 
   realtime::SpscRing<GivenPose> poses{4};              ///< from the receiver
   realtime::SpscRing<std::int64_t> asked{8};           ///< from the matcher: frame times
   realtime::SpscRing<FramePrediction> predictions{8};  ///< to the matcher: the answers
   realtime::SpscRing<NumberedMatchSet> match_sets{4};  ///< from the matcher
-  realtime::SpscRing<TickOutput> outputs{kSeconds};    ///< to the publisher
-  realtime::SpscRing<TickInput> journal{kSeconds};     ///< to the recorder
+  realtime::SpscRing<TickOutput> outputs{kTicks};      ///< to the publisher
+  realtime::SpscRing<TickInput> journal{kTicks};       ///< to the recorder
 };
 
 /// What the estimator thread could not hand on, because the reader was too slow.
@@ -54,6 +54,7 @@ struct EstimatorStatus {
   EstimatorLosses losses;
   can::CanCounters can;
   std::array<std::uint64_t, can::kSignalRejectCount> signals{};  ///< by can::SignalReject
+  std::uint64_t lost_messages = 0;       ///< by the counters of CAN messages
   std::uint64_t sensor_clock_steps = 0;  ///< times that the clock of IMU or wheels was set
   std::uint64_t system_clock_steps = 0;  ///< times that the system clock was
   std::uint64_t over_tick = 0;           ///< CAN frames beyond those that a tick can take, lost

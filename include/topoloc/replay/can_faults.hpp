@@ -57,7 +57,9 @@ class CanFaults {
   void release_held(std::int64_t elapsed_ns, std::vector<TimedFrame>& out);
   void let_go(std::size_t index, std::int64_t elapsed_ns, std::vector<TimedFrame>& out);
   void freeze(State& state, bool active, can::Frame& frame, std::uint64_t& affected);
+  void seal(can::Frame& frame) const;
 
+  const FaultScript* script_;
   std::vector<State> states_;
   std::int64_t last_ns_ = 0;
   std::vector<std::uint64_t> affected_;

@@ -55,6 +55,8 @@ struct FaultScript {
   std::uint64_t seed = 1;
   std::vector<Fault> faults;  ///< in the order of the file
   std::vector<can::Dbc> dbcs;
+  /// Of the vehicle's messages: checksums are made right again where a signal was changed.
+  std::vector<can::MessageCheck> checks;
 
   FaultScript() = default;
   FaultScript(FaultScript&&) = default;

@@ -6,13 +6,16 @@
 
 #include "topoloc/can/can_sender.hpp"
 
+#include "can/raw_socket.hpp"
 #include "support/allocation_trap.hpp"
 
 #include <chrono>
 #include <cstdlib>
 #include <functional>
+#include <linux/can/error.h>
 #include <string>
 #include <thread>
+#include <unistd.h>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -244,6 +247,34 @@ TEST_F(CanReceiverTest, SurvivesThatTheInterfaceIsDeletedAndMadeAnew) {
   EXPECT_EQ(number_of(frames[0]), 3U);
   EXPECT_EQ(receiver.counters().disappeared, 1U);
   EXPECT_EQ(receiver.counters().came_back, 1U);
+}
+
+TEST_F(CanReceiverTest, CountsErrorFramesByKindAndHandsOutNone) {
+  CanReceiver receiver({{.device = "vcan0", .ids = {{0x100, false}}}});
+  const Descriptor controller(open_raw_socket("vcan0"));
+  bind_or_throw(controller.number(), "vcan0");
+  const auto report = [&](canid_t error_class, std::uint8_t controller_status) {
+    can_frame frame{};
+    frame.can_id = CAN_ERR_FLAG | error_class;
+    frame.len = CAN_ERR_DLC;
+    frame.data[1] = controller_status;
+    ASSERT_EQ(::write(controller.number(), &frame, sizeof(frame)), ssize_t{sizeof(frame)});
+  };
+  report(CAN_ERR_BUSOFF, 0);
+  report(CAN_ERR_RESTARTED, 0);
+  report(CAN_ERR_CRTL, CAN_ERR_CRTL_RX_WARNING);
+  report(CAN_ERR_CRTL | CAN_ERR_BUSERROR, CAN_ERR_CRTL_TX_PASSIVE);
+  report(CAN_ERR_CRTL, CAN_ERR_CRTL_RX_OVERFLOW);
+  report(CAN_ERR_ACK, 0);
+  EXPECT_TRUE(receive_until(receiver, [&](const auto&) {
+                return receiver.counters().error_frames == 6;
+              }).empty());
+  EXPECT_EQ(receiver.counters(), (CanCounters{.error_frames = 6,
+                                              .bus_off = 1,
+                                              .restarted = 1,
+                                              .controller_warnings = 2,
+                                              .controller_overflows = 1,
+                                              .other_errors = 1}));
 }
 
 TEST_F(CanReceiverTest, StartsOnAnInterfaceThatIsStillDown) {

@@ -10,15 +10,15 @@ namespace topoloc::can {
 namespace {
 
 constexpr std::int64_t kUnix_ns = 1'700'000'000'000'000'000;
-constexpr std::int64_t kMillisecond_ns = 1'000'000;
+constexpr std::int64_t kTick_ns = 1'000'000;  // a millisecond
 
 TEST(HardwareClock, TakesAwayTheKernelsDelays) {
   HardwareClock clock;
   std::mt19937 random(1);
-  std::uniform_int_distribution<std::int64_t> delay_ns(5'000, 4 * kMillisecond_ns);
+  std::uniform_int_distribution<std::int64_t> delay_ns(5'000, 4 * kTick_ns);
   std::int64_t worst_ns = 0;
   for (int i = 0; i < 10'000; ++i) {
-    const std::int64_t hardware_ns = i * 10 * kMillisecond_ns;
+    const std::int64_t hardware_ns = i * 10 * kTick_ns;
     const std::int64_t true_ns = kUnix_ns + hardware_ns + hardware_ns / 20'000;  // 50e-6 fast
     const std::int64_t software_ns = true_ns + delay_ns(random);
     const std::int64_t time_ns = clock.unix_ns(hardware_ns, software_ns);
@@ -36,7 +36,7 @@ TEST(HardwareClock, NeverGoesBackWhileBothClocksGoOn) {
   std::uniform_int_distribution<std::int64_t> delay_ns(0, 900'000);
   std::int64_t last_ns = 0;
   for (int i = 0; i < 10'000; ++i) {
-    const std::int64_t hardware_ns = i * kMillisecond_ns;
+    const std::int64_t hardware_ns = i * kTick_ns;
     const auto time_ns = clock.unix_ns(hardware_ns, kUnix_ns + hardware_ns + delay_ns(random));
     EXPECT_GT(time_ns, last_ns);
     last_ns = time_ns;
@@ -46,16 +46,16 @@ TEST(HardwareClock, NeverGoesBackWhileBothClocksGoOn) {
 TEST(HardwareClock, FollowsWhenTheSystemsClockIsSet) {
   HardwareClock clock;
   EXPECT_EQ(clock.unix_ns(1000, kUnix_ns), kUnix_ns);
-  const std::int64_t hour_ns = 3'600'000 * kMillisecond_ns;
+  const std::int64_t hour_ns = 3'600'000 * kTick_ns;
   EXPECT_EQ(clock.unix_ns(2000, kUnix_ns + hour_ns), kUnix_ns + hour_ns);
   EXPECT_EQ(clock.unix_ns(3000, kUnix_ns - hour_ns), kUnix_ns - hour_ns);
 }
 
 TEST(HardwareClock, FollowsWhenTheControllerStartsAnew) {
   HardwareClock clock;
-  clock.unix_ns(5'000 * kMillisecond_ns, kUnix_ns);
-  EXPECT_EQ(clock.unix_ns(7, kUnix_ns + kMillisecond_ns), kUnix_ns + kMillisecond_ns);
-  EXPECT_EQ(clock.unix_ns(8, kUnix_ns + 2 * kMillisecond_ns), kUnix_ns + kMillisecond_ns + 1);
+  clock.unix_ns(5'000 * kTick_ns, kUnix_ns);
+  EXPECT_EQ(clock.unix_ns(7, kUnix_ns + kTick_ns), kUnix_ns + kTick_ns);
+  EXPECT_EQ(clock.unix_ns(8, kUnix_ns + 2 * kTick_ns), kUnix_ns + kTick_ns + 1);
 }
 
 }  // namespace

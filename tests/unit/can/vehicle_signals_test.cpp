@@ -44,6 +44,10 @@ BO_ 769 MUX: 3 X
  SG_ B m1 : 8|16@1+ (0.1,0) [0|0] "" X
 BO_ 770 FLOATS: 4 X
  SG_ F : 0|32@1- (1,0) [0|0] "m/s" X
+BO_ 771 CHECKED: 8 X
+ SG_ SPEED : 0|16@1+ (0.01,0) [0|300] "km/h" X
+ SG_ COUNT : 16|4@1+ (1,0) [0|15] "" X
+ SG_ SUM : 63|8@0+ (1,0) [0|255] "" X
 SIG_VALTYPE_ 770 F : 1;
 VAL_ 768 GEAR 1 "D" -1 "R" ;
 )";
@@ -508,6 +512,73 @@ TEST_F(VehicleSignalsTest, RefusesDevicesThatDoNotFitTheSignals) {
   refused({"imu0", "imu0"}, "given twice");
   refused({"imu0=can0", "can1=can0"}, "given twice");
   refused({"imu0="}, "expected NAME or NAME=DEVICE");
+}
+
+TEST_F(VehicleSignalsTest, ChecksCountersWhereConfigured) {
+  config_.wheels.speeds = {"CHECKED.SPEED"};
+  config_.checks = {{.message = "CHECKED", .counter = "COUNT"}};
+  VehicleSignals signals(config_);
+  const auto fed = [&](double time_ms, double count) {
+    return signals.feed(frame(time_ms, "CHECKED", {{"SPEED", 10.0}, {"COUNT", count}}))
+        .speed.has_value();
+  };
+  EXPECT_TRUE(fed(0, 14));
+  EXPECT_TRUE(fed(10, 15));
+  EXPECT_TRUE(fed(20, 0));
+  EXPECT_FALSE(fed(30, 0)) << "frozen";
+  EXPECT_FALSE(fed(40, 0));
+  EXPECT_TRUE(fed(50, 3)) << "2 lost";
+  EXPECT_EQ(signals.rejected(SignalReject::kCounterFrozen), 2U);
+  EXPECT_EQ(signals.rejected_total(), 2U);
+  EXPECT_EQ(signals.lost_messages(), 2U);
+}
+
+TEST_F(VehicleSignalsTest, ChecksChecksumsWhereConfigured) {
+  config_.wheels.speeds = {"CHECKED.SPEED"};
+  config_.checks = {{.message = "CHECKED",
+                     .counter = "COUNT",
+                     .counter_max = 14,
+                     .checksum = "SUM",
+                     .algorithm = Checksum::kE2eProfile1,
+                     .data_id = 0x123}};
+  VehicleSignals signals(config_);
+  const MessageCheck check(config_.checks.front(), *dbc_.find(771, false));
+  Frame sound = frame(0, "CHECKED", {{"SPEED", 10.0}, {"COUNT", 14}});
+  check.seal(sound);
+  EXPECT_TRUE(signals.feed(sound).speed.has_value());
+  Frame broken = frame(10, "CHECKED", {{"SPEED", 20.0}, {"COUNT", 0}});
+  check.seal(broken);
+  broken.data[0] ^= 1;
+  EXPECT_FALSE(signals.feed(broken).speed.has_value());
+  EXPECT_EQ(signals.rejected(SignalReject::kWrongChecksum), 1U);
+  Frame beyond = frame(20, "CHECKED", {{"SPEED", 20.0}, {"COUNT", 15}});
+  check.seal(beyond);
+  EXPECT_FALSE(signals.feed(beyond).speed.has_value());
+  EXPECT_EQ(signals.rejected(SignalReject::kCounterOutOfRange), 1U);
+  Frame short_one = sound;
+  short_one.length = 3;
+  EXPECT_FALSE(signals.feed(short_one).speed.has_value());
+  EXPECT_EQ(signals.rejected(SignalReject::kTooShort), 1U);
+  EXPECT_EQ(signals.lost_messages(), 0U) << "what fails the check says nothing";
+}
+
+TEST_F(VehicleSignalsTest, RefusesChecksThatCannotBe) {
+  config_.wheels.speeds = {"CHECKED.SPEED"};
+  const auto refused = [&](MessageCheckConfig check, const std::string& why) {
+    check.place = "vehicle.yaml:5: can.checks[0].message";
+    config_.checks = {check};
+    EXPECT_THAT([&] { VehicleSignals signals(config_); },
+                ThrowsMessage<std::runtime_error>(
+                    ::testing::AllOf(HasSubstr("vehicle.yaml:5: can.checks[0]"), HasSubstr(why))));
+  };
+  refused({.message = "NONE", .counter = "COUNT"}, "is in no DBC file");
+  refused({.message = "REAR", .counter = "RL"}, "has none of the configured signals");
+  refused({.message = "CHECKED", .counter = "C"}, "has no signal 'C'");
+  refused({.message = "CHECKED", .counter = "COUNT", .counter_max = 16}, "cannot count to 16");
+  refused({.message = "CHECKED", .checksum = "COUNT"}, "is not one whole byte");
+  refused({.message = "CHECKED", .checksum = "SUM", .algorithm = Checksum::kE2eProfile1},
+          "needs a data_id");
+  refused({.message = "CHECKED"}, "neither counter nor checksum");
 }
 
 }  // namespace

@@ -287,10 +287,10 @@ TEST_F(ConfigTest, OtherCameraModelsAreRejected) {
 }
 
 /// Keys of the table in docs/vehicle-config.md.
-std::set<std::string> documented_keys() {
+std::set<std::string> documented_keys(const std::string& pattern = "([a-z0-9_.]+)") {
   std::ifstream file(std::string(TOPOLOC_SOURCE_DIR) + "/docs/vehicle-config.md");
   std::set<std::string> keys;
-  const std::regex row("^\\| `([a-z0-9_.]+)` \\|.*");
+  const std::regex row("^\\| `" + pattern + "` \\|.*");
   std::string line;
   for (std::smatch match; std::getline(file, line);) {
     if (std::regex_match(line, match, row)) {
@@ -335,6 +335,51 @@ TEST_F(ConfigTest, DocumentsExactlyTheKeysThatTheReaderKnows) {
     known.erase(section);
   }
   EXPECT_EQ(known, documented);
+}
+
+std::string with_check(const std::string& check) {
+  return replaced(kVehicle, "  imu:\n", "  checks:\n  - " + check + "\n  imu:\n");
+}
+
+TEST_F(ConfigTest, ReadsCountersAndChecksums) {
+  write("vehicle.yaml", with_check("{message: A, interface: can0, counter: C, counter_max: 14, "
+                                   "checksum: S, algorithm: e2e-profile1, data_id: 0x1A2B}"));
+  const auto checks = load().can.checks;
+  ASSERT_EQ(checks.size(), 1U);
+  EXPECT_EQ(checks[0].message, "A");
+  EXPECT_EQ(checks[0].interface, "can0");
+  EXPECT_EQ(checks[0].counter, "C");
+  EXPECT_EQ(checks[0].counter_max, 14U);
+  EXPECT_EQ(checks[0].checksum, "S");
+  EXPECT_EQ(checks[0].algorithm, can::Checksum::kE2eProfile1);
+  EXPECT_EQ(checks[0].data_id, 0x1A2B);
+  EXPECT_THAT(checks[0].place, HasSubstr("vehicle.yaml:6: can.checks[0].message"));
+}
+
+TEST_F(ConfigTest, ChecksThatSayTooLittleOrTooMuchAreNamedWithTheirLine) {
+  const auto refused = [&](const std::string& check, const std::string& why) {
+    write("vehicle.yaml", with_check(check));
+    EXPECT_THAT(complaint(), AllOf(HasSubstr("vehicle.yaml:6: can.checks[0]"), HasSubstr(why)));
+  };
+  refused("{counter: C}", "message: missing");
+  refused("{message: A}", "expected a counter or a checksum");
+  refused("{message: A, checksum: S}", "algorithm: missing");
+  refused("{message: A, checksum: S, algorithm: md5}", "expected one of xor8");
+  refused("{message: A, checksum: S, algorithm: xor8, data_id: 65536}", "from 0 to 65535");
+  refused("{message: A, counter: C, data_id: 1}", "data_id: unknown key");
+}
+
+TEST_F(ConfigTest, DocumentsTheKeysOfChecks) {
+  write("vehicle.yaml", with_check("{message: A, checksum: S, algorithm: xor8, zzz: 1}"));
+  const std::string what = complaint();
+  std::set<std::string> known;
+  std::smatch match;
+  ASSERT_TRUE(std::regex_search(what, match, std::regex("\\(known here: (.*)\\)"))) << what;
+  std::stringstream keys(match[1]);
+  for (std::string key; std::getline(keys, key, ',');) {
+    known.insert(key.substr(key.find_first_not_of(' ')));
+  }
+  EXPECT_EQ(known, documented_keys("checks\\[\\]\\.([a-z_]+)"));
 }
 
 }  // namespace

@@ -16,11 +16,11 @@ namespace {
 
 using ::testing::ElementsAre;
 
-constexpr std::int64_t kMillisecond_ns = 1'000'000;
-
 /// Images 0, 1, 2, ... every 100 ms, exposed 20 ms before they come.
 class CameraFaultsTest : public ::testing::Test {
  protected:
+  static constexpr std::int64_t kMillisecond_ns = 1'000'000;
+
   CameraFaultsTest() {
     for (std::size_t i = 0; i < messages_.size(); ++i) {
       messages_[i] = static_cast<std::byte>(i);

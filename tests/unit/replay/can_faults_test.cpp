@@ -20,12 +20,11 @@ using ::testing::ElementsAre;
 using ::testing::ElementsAreArray;
 using ::testing::IsEmpty;
 
-constexpr std::int64_t kMillisecond_ns = 1'000'000;
-
 constexpr auto kDbc = R"(BO_ 256 SPEED: 8 X
  SG_ LEFT : 0|16@1+ (0.01,0) [0|300] "km/h" X
  SG_ RIGHT : 16|16@1+ (0.01,0) [0|300] "km/h" X
  SG_ COUNT : 60|4@1+ (1,0) [0|15] "" X
+ SG_ SUM : 48|8@1+ (1,0) [0|255] "" X
 BO_ 257 OTHER: 8 X
  SG_ A : 0|8@1+ (1,0) [0|255] "" X
 )";
@@ -33,11 +32,14 @@ BO_ 257 OTHER: 8 X
 /// Frames 0, 1, 2, ... of id 256 every 10 ms from zero on, with their number in the first byte.
 class CanFaultsTest : public ::testing::Test {
  protected:
+  static constexpr std::int64_t kMillisecond_ns = 1'000'000;
+
   void script(const std::string& faults) {
     const auto dbc = folder_.with("car.dbc", kDbc);
     can::VehicleSignalsConfig vehicle;
     vehicle.dbcs = {dbc};
     vehicle.wheels.speeds = {"SPEED.LEFT", "SPEED.RIGHT"};
+    vehicle.checks = checks_;
     script_ =
         load_fault_script(folder_.with("faults.yaml", "format: 1\nfaults:\n" + faults), vehicle);
   }
@@ -84,6 +86,7 @@ class CanFaultsTest : public ::testing::Test {
   }
 
   testing::TemporaryFolder folder_;
+  std::vector<can::MessageCheckConfig> checks_;
   FaultScript script_;
   std::vector<std::uint64_t> affected_;
 };
@@ -187,6 +190,24 @@ TEST_F(CanFaultsTest, WheelSlipScalesTheVehiclesSpeedSignals) {
   put(0, 6000);
   put(2, 30000);
   EXPECT_THAT(out[0].frame.data, ElementsAreArray(slow.frame.data));
+}
+
+TEST_F(CanFaultsTest, ChangedSignalsKeepARightChecksum) {
+  checks_ = {{.message = "SPEED", .checksum = "SUM", .algorithm = can::Checksum::kXor8}};
+  script(
+      "- {kind: wheel_slip, at_s: 0, for_s: 0.01, factor: 2}\n"
+      "- {kind: can_bit_errors, at_s: 0.01, for_s: 0.01}\n");
+  auto frames = series(2);
+  for (TimedFrame& next : frames) {
+    next.frame.data[0] = 50;
+    next.frame.data[6] = 50;  // exclusive or of the others
+  }
+  const auto out = run(frames);
+  EXPECT_EQ(out[0].frame.data[0], 100);
+  EXPECT_EQ(out[0].frame.data[6], 100);
+  can::MessageCheck check = std::move(script_.checks.front());
+  EXPECT_EQ(check.check(out[0].frame), can::CheckVerdict::kOk);
+  EXPECT_EQ(check.check(out[1].frame), can::CheckVerdict::kWrongChecksum);
 }
 
 TEST_F(CanFaultsTest, SeveralFaultsTakeEffectInTheOrderOfTheScript) {

@@ -20,10 +20,10 @@ namespace {
 
 using can::SendVerdict;
 
-constexpr std::int64_t kStart_ns = 1'700'000'000'000'000'000;
-
 class PlayerTest : public ::testing::Test {
  protected:
+  static constexpr std::int64_t kStart_ns = 1'700'000'000'000'000'000;
+
   /// As many frames, all of the same time.
   CanTrack track(int count) {
     std::string text;

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/live/estimator_thread.hpp"
+#include "topoloc/live/lcm_publisher.hpp"
+#include "topoloc/live/lcm_receiver.hpp"
+#include "topoloc/live/match_worker.hpp"
+#include "topoloc/live/recorder.hpp"
+
+#include "live/wake_event.hpp"
+#include "scripted_bus.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <map>
+#include <thread>
+#include <topoloc/command_t.hpp>
+#include <topoloc/estimate_t.hpp>
+#include <topoloc/initial_pose_t.hpp>
+#include <topoloc/pose_t.hpp>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace topoloc::live {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// What a listener on LCM has heard.
+struct Heard {
+  std::vector<estimate_t> estimates;
+  std::vector<status_t> statuses;
+  int poses = 0;
+
+  void on_estimate(const lcm::ReceiveBuffer* /*buffer*/, const std::string& /*channel*/,
+                   const estimate_t* message) {
+    estimates.push_back(*message);
+  }
+  void on_status(const lcm::ReceiveBuffer* /*buffer*/, const std::string& /*channel*/,
+                 const status_t* message) {
+    statuses.push_back(*message);
+  }
+  void on_pose(const lcm::ReceiveBuffer* /*buffer*/, const std::string& /*channel*/,
+               const pose_t* /*message*/) {
+    ++poses;
+  }
+};
+
+/// All threads of the vehicle process, with a made-up bus, LCM in memory and a matcher that finds
+/// nothing: what remains is how they work together.
+class LiveThreads : public ::testing::Test {
+ protected:
+  LiveThreads() {
+    out_.subscribe(channels_.estimate, &Heard::on_estimate, &heard_);
+    out_.subscribe(channels_.status, &Heard::on_status, &heard_);
+    out_.subscribe(channels_.pose, &Heard::on_pose, &heard_);
+  }
+
+  LcmPublisher::Config publisher_config() {
+    return {.channels = channels_, .crs = "", .last_pose = car_.temporary / "last.tum"};
+  }
+
+  void run(std::chrono::milliseconds duration) {
+    std::jthread publish([&] { publisher_.run(stop_); });
+    std::jthread record([&] { recorder_.run(stop_); });
+    std::jthread match(
+        [&] { matcher_.run([&](const MatcherStatus& status) { matcher_status_.write(status); }); });
+    std::jthread receive([&] { receiver_.run(stop_, [](const ReceiverStatus&) {}); });
+    estimator_.start();
+    const auto until = std::chrono::steady_clock::now() + duration;
+    for (int i = 0; std::chrono::steady_clock::now() < until; ++i) {
+      send_image(clock_.now_ns());
+      std::this_thread::sleep_for(20ms);
+    }
+    estimator_.stop();
+    mailbox_.close();
+    stop_ = true;
+  }
+
+  void send_image(std::int64_t time_ns) {
+    cv::Mat grey(32, 64, CV_8UC1, cv::Scalar(100));
+    const image_t image = testing::jpeg_image(time_ns / 1000, grey);
+    in_.publish("CAMERA", &image);
+  }
+
+  DrivenCar car_{300};
+  HostClock clock_;
+  config::LcmChannels channels_;
+  lcm::LCM in_{"memq://"};
+  lcm::LCM out_{"memq://"};
+  Heard heard_;
+  EstimatorPorts ports_;
+  realtime::Mailbox<CameraFrame> mailbox_;
+  can::VehicleSignals signals_{car_.vehicle.can};
+  ScriptedBus bus_{car_, clock_};
+  EstimatorLoop loop_{
+      {.estimator = car_.vehicle.estimator, .journal = true}, clock_, signals_, bus_, ports_};
+  WakeEvent wake_;
+  EstimatorThread estimator_{
+      {.rate_hz = 200.0,
+       .thread = {.name = "estimator", .fifo_priority = 0, .cpus = {}, .stack_bytes = 1 << 18},
+       .wake_fd = wake_.fd()},
+      loop_};
+  JournalWriter journal_{car_.temporary / "flight", 1 << 24, {"test", ""}};
+  realtime::SpscRing<NumberedMatchSet> recorded_{16};
+  Recorder recorder_{journal_, recorded_, ports_.journal};
+  std::atomic<int> matched_{0};
+  realtime::TripleBuffer<MatcherStatus> matcher_status_;
+  MatchWorker matcher_{
+      {.image_size = {64, 32}},
+      clock_,
+      {.match =
+           [this](std::int64_t time_ns, const cv::Mat& grey, const matching::PosePrediction&,
+                  estimation::MapMatchSet& out, matching::Effort) {
+             EXPECT_EQ(grey.size(), cv::Size(64, 32));
+             ++matched_;
+             out.frame_time_ns = time_ns;
+             out.node_count = 0;
+             out.match_count = 0;
+             return matching::FrameReport{};
+           },
+       .prefetch = [](const RigidTransform&) {}},
+      mailbox_,
+      ports_,
+      &recorded_};
+  std::atomic<bool> stop_{false};
+  std::atomic<bool> asked_to_stop_{false};
+  LcmReceiver receiver_{{.camera = car_.vehicle.camera, .channels = channels_},
+                        clock_,
+                        in_,
+                        mailbox_,
+                        ports_,
+                        [this] { asked_to_stop_ = true; }};
+  LcmPublisher publisher_{
+      publisher_config(), clock_, out_, ports_.outputs, wake_.fd(), [this](ProcessStatus& status) {
+        status.estimator = estimator_.status();
+        (void)matcher_status_.update();
+        status.matcher = matcher_status_.read();
+        status.mailbox = mailbox_.counts();
+      }};
+};
+
+std::map<std::string, std::int64_t> counters(const status_t& status) {
+  std::map<std::string, std::int64_t> result;
+  for (const counter_t& counter : status.counters) {
+    result[counter.name] = counter.value;
+  }
+  return result;
+}
+
+TEST_F(LiveThreads, PublishEveryTickAndRecordWhatMadeIt) {
+  loop_.start_from({Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()});
+  run(1200ms);
+  while (out_.handleTimeout(0) > 0) {
+  }
+
+  ASSERT_GE(heard_.statuses.size(), 2U);
+  const status_t& last = heard_.statuses.back();
+  EXPECT_TRUE(last.stopping);
+  auto counts = counters(last);
+  EXPECT_EQ(counts["estimates.published"], std::int64_t(heard_.estimates.size()));
+  EXPECT_EQ(counts["ticks.done"], counts["estimates.published"] + counts["estimates.lost"]);
+  EXPECT_EQ(heard_.estimates.back().tick + 1, counts["ticks.done"] + counts["ticks.missed"]);
+  EXPECT_EQ(last.mode, estimate_t::MODE_DEAD_RECKONING);
+  EXPECT_GT(heard_.poses, 0);
+  EXPECT_GT(matched_, 0);
+  EXPECT_EQ(counts["frames.matched"], matched_);
+
+  TickRunner again(car_.vehicle.estimator);
+  std::size_t i = 0;
+  const JournalSummary summary = read_journal(
+      car_.temporary / "flight", [&](const TickInput& tick, const estimation::MapMatchSet* set) {
+        const TickOutput& output = again.run(tick, set);
+        ASSERT_LT(i, heard_.estimates.size());
+        EXPECT_EQ(heard_.estimates[i].position[0], output.estimate.state.p_world_imu.x());
+        ++i;
+      });
+  EXPECT_TRUE(summary.is_exact());
+  EXPECT_EQ(i, heard_.estimates.size());
+}
+
+TEST_F(LiveThreads, TakePosesAndCommandsFromLcm) {
+  initial_pose_t pose{};
+  pose.position[0] = 40.0;
+  pose.orientation[0] = 1.0;
+  in_.publish(channels_.initial_pose, &pose);
+  pose.orientation[0] = 0.5;  // no unit quaternion
+  in_.publish(channels_.initial_pose, &pose);
+  const command_t stop{.utime = 0, .command = command_t::STOP};
+  in_.publish(channels_.command, &stop);
+  run(600ms);
+  EXPECT_TRUE(asked_to_stop_);
+  EXPECT_EQ(publisher_.status().newest.estimate.counters.starts, 1U);
+  EXPECT_GT(publisher_.status().newest.estimate.state.p_world_imu.x(), 39.0);
+}
+
+}  // namespace
+}  // namespace topoloc::live
