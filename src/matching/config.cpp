@@ -52,6 +52,12 @@ std::filesystem::path default_model_dir() {
   if (from_environment != nullptr && *from_environment != '\0') {
     return from_environment;
   }
+  std::error_code none;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", none);
+  const auto installed = program.parent_path().parent_path() / "share" / "topoloc" / "models";
+  if (std::filesystem::is_directory(installed, none)) {
+    return installed;
+  }
   return std::filesystem::path(TOPOLOC_SOURCE_DIR) / "third_party" / "cache" / "models";
 }
 

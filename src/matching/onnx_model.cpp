@@ -3,6 +3,7 @@
 #include "matching/onnx_model.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
@@ -13,8 +14,17 @@
 namespace topoloc::matching {
 namespace {
 
+/// ONNX Runtime's ready-made libraries report their use over the network, and keep an identifier of
+/// the machine in the user's home, unless they are told not to before their environment is made.
+Ort::Env silent_environment() {
+  for (const char* const name : {"ORT_DISABLE_TELEMETRY", "ORT_TELEMETRY_DISABLED"}) {
+    ::setenv(name, "1", 1);  // the name depends on the version
+  }
+  return {ORT_LOGGING_LEVEL_ERROR, "topoloc"};
+}
+
 Ort::Env& environment() {
-  static Ort::Env env(ORT_LOGGING_LEVEL_ERROR, "topoloc");  // one per process, by ONNX Runtime
+  static Ort::Env env = silent_environment();  // one per process, by ONNX Runtime
   return env;
 }
 

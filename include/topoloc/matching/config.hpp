@@ -61,7 +61,8 @@ struct MatchingConfig {
   OutlierConfig outliers;
 };
 
-/// Environment variable TOPOLOC_MODELS, else third_party/cache/models of the source tree.
+/// Environment variable TOPOLOC_MODELS, else share/topoloc/models of the prefix that the program is
+/// installed in, else third_party/cache/models of the source tree.
 std::filesystem::path default_model_dir();
 
 /// The pinhole camera that images are undistorted into.

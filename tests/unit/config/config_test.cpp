@@ -382,5 +382,16 @@ TEST_F(ConfigTest, DocumentsTheKeysOfChecks) {
   EXPECT_EQ(known, documented_keys("checks\\[\\]\\.([a-z_]+)"));
 }
 
+TEST(ExampleConfig, IsValid) {
+  const VehicleConfig vehicle = load_vehicle_config(std::filesystem::path(TOPOLOC_SOURCE_DIR) /
+                                                    "config" / "example" / "vehicle.yaml");
+  EXPECT_TRUE(vehicle.camera.configured());
+  // The camera of the example is 1 m ahead of the IMU and 0.5 m above it, and looks ahead.
+  const RigidTransform& T_imu_cam = vehicle.camera.kalibr.T_imu_cam;
+  EXPECT_TRUE(T_imu_cam.p.isApprox(Eigen::Vector3d(1.0, 0.0, 0.5)));
+  EXPECT_TRUE((T_imu_cam.R * Eigen::Vector3d::UnitZ()).isApprox(Eigen::Vector3d::UnitX()));
+  EXPECT_EQ(vehicle.live.can_interfaces, std::vector<std::string>{"can0"});
+}
+
 }  // namespace
 }  // namespace topoloc::config
