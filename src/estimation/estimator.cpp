@@ -356,6 +356,14 @@ void Estimator::judge(std::int64_t now_ns) {
   now_ns = std::max(now_ns, history_.newest_time_ns());
   estimate_.time_ns = now_ns;
   history_.predict(now_ns, estimate_.state, estimate_.P);
+  if (!all_finite(estimate_.state) || !estimate_.P.allFinite()) {
+    // Never to be seen; if it is, nothing that follows means anything.
+    ++estimate_.counters.breakdowns;
+    forget_time_line();
+    estimate_.time_ns = now_ns;
+    raise(true, reason::kNoPose);
+    return;
+  }
   estimate_.counters.speed_gate_rejected = history_.speeds_rejected();
   estimate_.since_fix_s = seconds(now_ns - last_fix_ns_);
   estimate_.since_fix_m += (estimate_.state.p_world_imu - travelled_from_).norm();

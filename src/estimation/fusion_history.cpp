@@ -86,9 +86,13 @@ void FusionHistory::reset(const ImuSample& imu, const NominalState& x, const Cov
 }
 
 void FusionHistory::clear() {
+  forgotten_ += pending_.size();
+  for (int i = 0; i < size_; ++i) {
+    forgotten_ += event(i).kind == Kind::kMap && !event(i).told ? 1 : 0;
+  }
   size_ = 0;
   dirty_from_ = kNone;
-  forgotten_ += pending_.size();
+  report_count_ = 0;
   pending_.clear();
 }
 

@@ -16,6 +16,7 @@ EstimatorLoop::EstimatorLoop(const Config& config, const HostClock& clock,
       runner_(config.estimator) {}
 
 const TickOutput& EstimatorLoop::tick(std::uint64_t number) {
+  offset_before_ns_ = clock_.system_offset_ns();
   clock_.watch();
   input_.tick = number;
   input_.now_ns = clock_.now_ns();
@@ -48,7 +49,11 @@ void EstimatorLoop::take_can() {
   over_tick_ += frames.size() - count;
   for (std::size_t i = 0; i < count; ++i) {
     can::Frame frame = frames[i];
-    frame.time_ns = clock_.from_system(frame.time_ns);
+    const std::int64_t stamp_ns = frame.time_ns;
+    frame.time_ns = clock_.from_system(stamp_ns);
+    if (frame.time_ns > input_.now_ns) {  // it came before the clock was set back
+      frame.time_ns = stamp_ns - offset_before_ns_;
+    }
     const can::VehicleSamples samples = signals_.feed(frame);
     if (samples.imu) {
       input_.imu[input_.imu_count++] = *samples.imu;

@@ -52,7 +52,7 @@ FrameStamp FrameGate::judge(Frame& frame) {
   if (leap_ && !is_confirmed(frame)) {
     return FrameStamp::kClockStep;
   }
-  if (frame.time_ns > frame.received_ns + kFuture_ns) {
+  if (is_ahead(frame)) {
     return FrameStamp::kFuture;
   }
   if (frame.delay_ns() > max_age_ns_) {
@@ -78,7 +78,8 @@ bool FrameGate::leaps(const Frame& frame) const {
 
 bool FrameGate::is_confirmed(Frame& frame) {
   const std::int64_t delay_ns = frame.delay_ns();
-  if (alike(delay_ns, window_->least_ns)) {  // it was a wrong stamp or two
+  // It was a wrong stamp or two, or frames that are all late, as those before were.
+  if (alike(delay_ns, least_ns()) || alike(delay_ns, last_->delay_ns())) {
     leap_.reset();
     return true;
   }
@@ -89,13 +90,43 @@ bool FrameGate::is_confirmed(Frame& frame) {
   if (++leap_->frames < kFramesToBelieve) {
     return false;
   }
-  const std::int64_t step_ns = leap_->delay_ns - window_->least_ns;
+  const std::int64_t step_ns = leap_->delay_ns - least_ns();
+  if (std::abs(step_ns) > kLeap_ns) {
+    correct(frame, step_ns);
+  }
+  leap_.reset();
+  return true;
+}
+
+bool FrameGate::is_ahead(Frame& frame) {
+  if (frame.delay_ns() >= -kFuture_ns) {
+    if (frame.delay_ns() > 0) {
+      ahead_.reset();
+    }
+    return false;
+  }
+  if (!ahead_) {
+    ahead_ = Leap{.delay_ns = frame.delay_ns()};
+  }
+  ahead_->delay_ns = std::min(ahead_->delay_ns, frame.delay_ns());
+  if (++ahead_->frames < kFramesToBelieve) {
+    return true;
+  }
+  correct(frame, ahead_->delay_ns);
+  ahead_.reset();
+  return false;
+}
+
+std::int64_t FrameGate::least_ns() const {
+  return before_ ? std::min(window_->least_ns, before_->least_ns) : window_->least_ns;
+}
+
+// A positive step takes as much off the delay.
+void FrameGate::correct(Frame& frame, std::int64_t step_ns) {
   correction_ns_ += step_ns;
   frame.time_ns += step_ns;
   timing_.correction_s = 1e-9 * static_cast<double>(correction_ns_);
   ++timing_.steps;
-  leap_.reset();
-  return true;
 }
 
 void FrameGate::watch(const Frame& frame) {
@@ -108,6 +139,8 @@ void FrameGate::watch(const Frame& frame) {
   if (!window_) {
     window_ = {frame.received_ns, frame.delay_ns()};
   }
+  constexpr std::int64_t kLate_ns = 100'000'000;
+  timing_.late += frame.delay_ns() > least_ns() + kLate_ns ? 1 : 0;
   window_->least_ns = std::min(window_->least_ns, frame.delay_ns());
   timing_.delay_ms = 1e-6 * static_cast<double>(window_->least_ns);
   if (frame.received_ns - window_->from_ns < kWindow_ns) {

@@ -86,7 +86,7 @@ struct JournalWriter::Impl {
     write(kStart, time_us, start);
   }
 
-  /// Between ticks only: a match set and the tick that names it are in one file.
+  /// Between ticks only.
   void turn_over_if_full(std::int64_t time_us) {
     if (!log || file_bytes > max_file_bytes) {
       next_file(time_us);
@@ -97,11 +97,15 @@ struct JournalWriter::Impl {
 JournalWriter::JournalWriter(fs::path folder, std::size_t max_bytes, Origin origin)
     : impl_(std::make_unique<Impl>()) {
   std::error_code error;
+  const fs::path previous = folder / "previous";
   fs::create_directories(folder, error);
-  if (!error) {
-    for (const fs::path& old : journal_files(folder)) {
-      fs::remove(old, error);
-    }
+  const std::vector<fs::path> old = error ? std::vector<fs::path>{} : journal_files(folder);
+  if (!old.empty()) {
+    fs::remove_all(previous, error);
+    fs::create_directory(previous, error);
+  }
+  for (std::size_t i = 0; i < old.size() && !error; ++i) {
+    fs::rename(old[i], previous / old[i].filename(), error);
   }
   if (error) {
     throw std::runtime_error(folder.string() +

@@ -23,7 +23,7 @@ void LatencyGovernor::note(std::int64_t latency_ns) {
     ++missed_;
     ++misses_in_row_;
     frames_ = 0;
-    debt_ += kFramesPerMiss;
+    debt_ = std::min(debt_ + kFramesPerMiss, 2 * kFramesPerMiss);
     if (level_ < last_level_ && (misses_in_row_ >= kMissesInRow || debt_ > kFramesPerMiss)) {
       patience_ = climbed_ ? std::min(2 * patience_, kMaxPatience) : patience_;
       ++slowdowns_;
@@ -36,7 +36,14 @@ void LatencyGovernor::note(std::int64_t latency_ns) {
   const bool to_spare =
       static_cast<double>(latency_ns) <= kToSpare * static_cast<double>(budget_ns_);
   frames_ = to_spare ? frames_ + 1 : 0;
-  if (level_ > 0 && frames_ >= patience_) {
+  if (frames_ < patience_) {
+    return;
+  }
+  if (climbed_) {  // the level has passed its trial
+    climbed_ = false;
+    patience_ = kPatience;
+  }
+  if (level_ > 0) {
     change_level(-1);
   }
 }

@@ -7,6 +7,7 @@
 
 #include <poll.h>
 #include <sys/eventfd.h>
+#include <system_error>
 #include <utility>
 
 namespace topoloc::live {
@@ -46,7 +47,7 @@ void LcmPublisher::run(const std::atomic<bool>& stop) {
       wait_for(wake_fd_);
     }
     publish_outputs();
-    if (stopping) {
+    if (stopping && outputs_.size() == 0) {
       break;
     }
     if (clock_.now_ns() >= next_status_ns) {
@@ -58,7 +59,12 @@ void LcmPublisher::run(const std::atomic<bool>& stop) {
 }
 
 void LcmPublisher::publish_outputs() {
-  while (const TickOutput* output = outputs_.read_slot()) {
+  constexpr int kMostInARound = 64;  // status goes out, too, when publishing is too slow
+  for (int i = 0; i < kMostInARound; ++i) {
+    const TickOutput* output = outputs_.read_slot();
+    if (output == nullptr) {
+      return;
+    }
     publish(*output);
     status_.newest = *output;
     outputs_.commit_read();
@@ -66,7 +72,9 @@ void LcmPublisher::publish_outputs() {
 }
 
 void LcmPublisher::publish(const TickOutput& output) {
-  send(config_.channels.estimate, to_estimate(output));
+  if (!config_.channels.estimate.empty()) {
+    send(config_.channels.estimate, to_estimate(output));
+  }
   if (has_pose(output)) {
     if (!config_.channels.pose.empty()) {
       send(config_.channels.pose, to_pose(output));
@@ -97,10 +105,26 @@ void LcmPublisher::publish_status(bool stopping) {
     timing_message_.utime = utime;
     send(config_.channels.timing, timing_message_);
   }
+  keep_last_pose();
+}
+
+// Only of a vehicle that stands and knows where it is: any other pose would be wrong by the time it
+// is started from.
+void LcmPublisher::keep_last_pose() {
+  if (config_.last_pose.empty()) {
+    return;
+  }
+  constexpr double kStanding_mps = 0.3;
   const estimation::Estimate& estimate = status_.newest.estimate;
-  if (!config_.last_pose.empty() && estimate.mode == estimation::Mode::kTracking) {
-    write_last_pose(config_.last_pose, {estimate.time_ns + status_.newest.system_offset_ns,
-                                        estimate.state.T_world_imu()});
+  if (estimate.mode == estimation::Mode::kTracking &&
+      estimate.state.v_world_imu.norm() < kStanding_mps) {
+    const bool kept = write_last_pose(
+        config_.last_pose,
+        {estimate.time_ns + status_.newest.system_offset_ns, estimate.state.T_world_imu()});
+    status_.publisher.last_pose_failed += kept ? 0 : 1;
+  } else if (has_pose(status_.newest)) {
+    std::error_code ignored;
+    std::filesystem::remove(config_.last_pose, ignored);
   }
 }
 

@@ -2,8 +2,11 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/live/lcm_receiver.hpp"
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <span>
+#include <thread>
 #include <topoloc/command_t.hpp>
 #include <topoloc/initial_pose_t.hpp>
 #include <utility>
@@ -13,6 +16,12 @@ namespace {
 
 std::span<const std::byte> bytes(const lcm::ReceiveBuffer* buffer) {
   return {static_cast<const std::byte*>(buffer->data), buffer->data_size};
+}
+
+/// A stamp within what can be computed with: from 1970 to 2096.
+std::int64_t possible_us(std::int64_t utime) {
+  constexpr std::int64_t kLast_us = 4'000'000'000'000'000;
+  return std::clamp<std::int64_t>(utime, 0, kLast_us);
 }
 
 template <typename Message>
@@ -33,27 +42,43 @@ LcmReceiver::LcmReceiver(const Config& config, const HostClock& clock, lcm::LCM&
       stop_process_(std::move(stop_process)),
       gate_(config.max_frame_age_ns) {
   if (config.camera.configured()) {
-    lcm_.subscribe(config.camera.channel, &LcmReceiver::take_image, this);
+    subscribe<&LcmReceiver::take_image>(config.camera.channel);
   }
   if (!config.channels.initial_pose.empty()) {
-    lcm_.subscribe(config.channels.initial_pose, &LcmReceiver::take_pose, this);
+    subscribe<&LcmReceiver::take_pose>(config.channels.initial_pose);
   }
   if (!config.channels.command.empty()) {
-    lcm_.subscribe(config.channels.command, &LcmReceiver::take_command, this);
+    subscribe<&LcmReceiver::take_command>(config.channels.command);
   }
 }
 
 void LcmReceiver::run(const std::atomic<bool>& stop,
                       const std::function<void(const ReceiverStatus&)>& report) {
-  constexpr int kTimeout_ms = 50;
+  constexpr int kTimeout_ms = 20;
   while (!stop.load(std::memory_order_acquire)) {
-    if (lcm_.handleTimeout(kTimeout_ms) > 0) {
+    const int handled = lcm_.handleTimeout(kTimeout_ms);
+    if (handled < 0) {
+      ++status_.lcm_failed;
+      std::this_thread::sleep_for(std::chrono::milliseconds(kTimeout_ms));
+    }
+    if (handled != 0) {
       report(status_);
     }
   }
 }
 
-void LcmReceiver::take_image(const lcm::ReceiveBuffer* buffer, const std::string& /*channel*/) {
+// LCM's own subscription of member functions trips GCC's check of virtual tables.
+template <void (LcmReceiver::*kTake)(const lcm::ReceiveBuffer*)>
+void LcmReceiver::subscribe(const std::string& channel) {
+  lcm_.subscribeFunction(
+      channel,
+      +[](const lcm::ReceiveBuffer* buffer, const std::string& /*channel*/, LcmReceiver* self) {
+        (self->*kTake)(buffer);
+      },
+      this);
+}
+
+void LcmReceiver::take_image(const lcm::ReceiveBuffer* buffer) {
   clock_.watch();
   const std::int64_t received_ns = clock_.now_ns();
   transport::ImageView image;
@@ -68,7 +93,7 @@ void LcmReceiver::take_image(const lcm::ReceiveBuffer* buffer, const std::string
     return;
   }
   std::int64_t time_ns =
-      clock_.from_system(image.time_us * 1000) + config_.camera.kalibr.time_offset_ns;
+      clock_.from_system(possible_us(image.time_us) * 1000) + config_.camera.kalibr.time_offset_ns;
   const FrameStamp stamp = gate_.add(time_ns, received_ns);
   status_.timing = gate_.timing();
   if (stamp != FrameStamp::kAccepted) {
@@ -81,7 +106,7 @@ void LcmReceiver::take_image(const lcm::ReceiveBuffer* buffer, const std::string
   frames_.put(frame_);
 }
 
-void LcmReceiver::take_pose(const lcm::ReceiveBuffer* buffer, const std::string& /*channel*/) {
+void LcmReceiver::take_pose(const lcm::ReceiveBuffer* buffer) {
   clock_.watch();
   initial_pose_t message{};
   if (!decode(buffer, message)) {
@@ -100,13 +125,22 @@ void LcmReceiver::take_pose(const lcm::ReceiveBuffer* buffer, const std::string&
   }
   pose.T_world_imu.R = q.normalized().toRotationMatrix();
   if (message.utime != 0) {
-    pose.time_ns = clock_.from_system(message.utime * 1000);
+    // A pose of long ago or of the future is another unit or another clock.
+    constexpr std::int64_t kOld_ns = 10'000'000'000;
+    constexpr std::int64_t kFuture_ns = 1'000'000'000;
+    const std::int64_t age_ns =
+        clock_.now_ns() - clock_.from_system(possible_us(message.utime) * 1000);
+    if (age_ns > kOld_ns || age_ns < -kFuture_ns) {
+      ++status_.bad_poses;
+      return;
+    }
+    pose.time_ns = clock_.now_ns() - age_ns;
   }
   ++status_.poses;
   status_.poses_lost += ports_.poses.try_push(pose) ? 0 : 1;
 }
 
-void LcmReceiver::take_command(const lcm::ReceiveBuffer* buffer, const std::string& /*channel*/) {
+void LcmReceiver::take_command(const lcm::ReceiveBuffer* buffer) {
   command_t message{};
   if (!decode(buffer, message) || message.command != command_t::STOP) {
     ++status_.bad_commands;

@@ -22,6 +22,8 @@
 #include <thread>
 #include <utility>
 
+#include <fmt/core.h>
+
 namespace topoloc::live {
 namespace {
 
@@ -74,14 +76,15 @@ struct LiveProcess::Impl {
       keep_off_cpu(*vehicle.live.cpu);
     }
     choose_start();
-    make_recorder();
-    warnings = estimator.warnings();
+    warnings.insert(warnings.end(), estimator.warnings().begin(), estimator.warnings().end());
     realtime::keep_heap(kHeapReserveBytes);
     const realtime::MemoryLock lock = realtime::lock_memory();
     if (!lock.locked) {
       warnings.push_back(lock.warning);
     }
     open_map();
+    make_recorder();
+    make_matcher();
     make_threads();
   }
 
@@ -94,8 +97,12 @@ struct LiveProcess::Impl {
     if (options.initial_pose) {
       loop.start_from(*options.initial_pose);
     } else if (!vehicle.live.last_pose.empty()) {
-      if (const auto last = read_last_pose(vehicle.live.last_pose)) {
-        loop.start_from(last->T_world_imu);
+      try {
+        if (const auto last = read_last_pose(vehicle.live.last_pose)) {
+          loop.start_from(last->T_world_imu);
+        }
+      } catch (const std::runtime_error& e) {  // a power cut while it was written
+        warnings.push_back(fmt::format("{}: not started from", e.what()));
       }
     }
   }
@@ -121,7 +128,13 @@ struct LiveProcess::Impl {
     const config::KalibrCamera& camera = vehicle.camera.kalibr;
     map_matcher.emplace(vehicle.matching, *map, camera.calibration, camera.T_imu_cam,
                         drive::read_mask(vehicle.camera));
-    const PinholeCamera& lens = camera.calibration.pinhole;
+  }
+
+  void make_matcher() {
+    if (!map) {
+      return;
+    }
+    const PinholeCamera& lens = vehicle.camera.kalibr.calibration.pinhole;
     matcher.emplace(
         MatchWorker::Config{.image_size = {lens.width_px, lens.height_px},
                             .budget_ns = std::llround(1e9 * vehicle.live.latency_budget_s)},
@@ -177,6 +190,7 @@ struct LiveProcess::Impl {
     (void)receiver_status.update();
     status.receiver = receiver_status.read();
     status.mailbox = frames.counts();
+    status.can_before_start = can_before_start;
     status.publisher.journal_failed = recorder && recorder->failed() ? 1 : 0;
   }
 
@@ -184,7 +198,12 @@ struct LiveProcess::Impl {
     // What the bus brought while models and map were read is old: a pose given as that of now must
     // not meet it.
     constexpr int kMostCalls = 1000;
-    for (int i = 0; i < kMostCalls && !bus.receive().empty(); ++i) {
+    for (int i = 0; i < kMostCalls; ++i) {
+      const std::size_t count = bus.receive().size();
+      if (count == 0) {
+        break;
+      }
+      can_before_start += count;
     }
     publisher_thread->start();
     if (recorder_thread) {
@@ -207,13 +226,13 @@ struct LiveProcess::Impl {
     stop_receiver.store(true, std::memory_order_release);
     frames.close();
     estimator.stop();
+    receiver_thread->join();
     stop_publisher.store(true, std::memory_order_release);
     stop_recorder.store(true, std::memory_order_release);
     publisher_thread->join();
     if (recorder_thread) {
       recorder_thread->join();
     }
-    receiver_thread->join();
     if (!matcher_thread) {
       return true;
     }
@@ -251,6 +270,7 @@ struct LiveProcess::Impl {
   std::atomic<bool> stop_publisher{false};
   std::atomic<bool> stop_recorder{false};
   std::atomic<bool> matcher_done{false};
+  std::uint64_t can_before_start = 0;
   bool started = false;
   bool stopped = false;
   // Last: they run on the members above.

@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <exception>
 #include <thread>
 #include <utility>
 
@@ -40,6 +41,8 @@ const char* name(FrameFate fate) {
       return "not_matched";
     case FrameFate::kEstimatorBusy:
       return "estimator_busy";
+    case FrameFate::kFailed:
+      return "failed";
   }
   return "unknown";
 }
@@ -65,7 +68,11 @@ void MatchWorker::run(const std::function<void(const MatcherStatus&)>& report) {
     if (taken == realtime::MailboxTake::kTimeout) {
       continue;
     }
-    const FrameFate fate = take(frame);
+    FrameFate fate = FrameFate::kFailed;
+    try {
+      fate = take(frame);
+    } catch (const std::exception&) {  // the next frame may do
+    }
     count(status_.frames, fate);
     report(status_);
   }
@@ -89,6 +96,7 @@ FrameFate MatchWorker::take(const CameraFrame& frame) {
       matcher_.match(frame.time_ns, grey_, prediction.pose, matches_.set, effort);
   count(status_.verdicts, report.verdict);
   status_.damaged_nodes += static_cast<std::uint64_t>(report.damaged_nodes);
+  status_.over_capacity += static_cast<std::uint64_t>(report.over_capacity);
   status_.extract.record(to_ns(report.times.undistort_ms + report.times.extract_ms));
   status_.match.record(
       to_ns(report.times.select_ms + report.times.match_ms + report.times.outliers_ms));
@@ -102,8 +110,8 @@ FrameFate MatchWorker::take(const CameraFrame& frame) {
 }
 
 bool MatchWorker::ask(std::int64_t time_ns, FramePrediction& prediction) {
-  // The estimator answers within a tick; a few dozen pass before it is given up.
-  constexpr auto kPatience = 200ms;
+  // The estimator answers within a tick; a few pass before it is given up.
+  constexpr auto kPatience = 50ms;
   constexpr auto kPause = 500us;
   if (!ports_.asked.try_push(time_ns)) {
     return false;

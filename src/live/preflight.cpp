@@ -199,6 +199,9 @@ std::vector<Check> preflight(const config::VehicleConfig& vehicle,
   }
   if (!live.last_pose.empty()) {
     list.run("last pose", [&] {
+      if (!std::filesystem::is_directory(std::filesystem::absolute(live.last_pose).parent_path())) {
+        return error(live.last_pose.string() + ": its folder is not there: make it");
+      }
       const auto pose = read_last_pose(live.last_pose);
       const Check writable = check_writable(live.last_pose.parent_path(), "live.last_pose");
       return writable.verdict != CheckVerdict::kOk ? writable

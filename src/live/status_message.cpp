@@ -63,6 +63,10 @@ std::string words(const estimation::Estimate& estimate) {
   return text;
 }
 
+std::uint64_t microseconds(double milliseconds) {
+  return static_cast<std::uint64_t>(std::llround(std::max(0.0, 1e3 * milliseconds)));
+}
+
 latency_t latency(std::string_view stage, const realtime::LatencyHistogram& histogram) {
   const auto microseconds = [](std::int64_t ns) { return 1e-3 * static_cast<double>(ns); };
   const realtime::LatencySummary summary = histogram.summary();
@@ -88,6 +92,11 @@ void fill_status(const ProcessStatus& status, status_t& message) {
         fmt::format("; the camera's clock was set, its stamps are corrected by {:+.3f} s",
                     status.receiver.timing.correction_s);
   }
+  constexpr double kDrift_ppm = 100.0;
+  if (std::abs(status.receiver.timing.drift_ppm) > kDrift_ppm) {
+    message.text += fmt::format("; the camera's clock drifts by {:+.0f} ppm",
+                                -status.receiver.timing.drift_ppm);
+  }
   if (status.publisher.journal_failed > 0) {
     message.text += "; the journal could not be written and has ended";
   }
@@ -100,6 +109,8 @@ void fill_status(const ProcessStatus& status, status_t& message) {
   list.add("estimates.published", status.publisher.published);
   list.add("estimates.lost", status.estimator.loop.losses.outputs);
   list.add("messages.failed", status.publisher.publish_failed);
+  list.add("messages.unreadable", status.receiver.lcm_failed);
+  list.add("last_pose.failed", status.publisher.last_pose_failed);
   list.add("journal.lost_ticks", status.estimator.loop.losses.journal);
   list.add("journal.lost_match_sets", status.matcher.unrecorded);
   list.add("page_faults.minor", status.estimator.page_faults.minor);
@@ -109,6 +120,7 @@ void fill_status(const ProcessStatus& status, status_t& message) {
   for (const auto& [counter, member] : can::kCanCounters) {
     list.add(fmt::format("can.{}", counter), status.estimator.loop.can.*member);
   }
+  list.add("can.before_start", status.can_before_start);
   list.add("can.over_tick", status.estimator.loop.over_tick);
   list.add_each<can::SignalReject>("signals", status.estimator.loop.signals,
                                    [](can::SignalReject why) { return can::name(why); });
@@ -128,6 +140,7 @@ void fill_status(const ProcessStatus& status, status_t& message) {
   list.add("filter.speed_gate_rejected", c.speed_gate_rejected);
   list.add("filter.imu_gaps", c.imu_gaps);
   list.add("filter.doubts", c.doubts);
+  list.add("filter.breakdowns", c.breakdowns);
   list.add("map.accepted", c.map_accepted);
   list.add("map.rejected", c.map_rejected);
 
@@ -138,13 +151,18 @@ void fill_status(const ProcessStatus& status, status_t& message) {
   list.add_each<FrameStamp>("frames", receiver.timing.stamps,
                             [](FrameStamp stamp) { return name(stamp); });
   list.add("frames.clock_steps", receiver.timing.steps);
+  list.add("frames.late", receiver.timing.late);
+  list.add("frames.delay_us", microseconds(receiver.timing.delay_ms));
   list.add("frames.overwritten", status.mailbox.overwritten);
+  list.add("frames.discarded", status.mailbox.discarded);
+  list.add("frames.answers_lost", status.estimator.loop.losses.predictions);
   list.add_each<FrameFate>("frames", status.matcher.frames,
                            [](FrameFate fate) { return name(fate); });
   list.add_each<matching::FrameVerdict>(
       "matching", status.matcher.verdicts,
       [](matching::FrameVerdict v) { return matching::to_string(v); });
   list.add("matching.damaged_nodes", status.matcher.damaged_nodes);
+  list.add("matching.over_capacity", status.matcher.over_capacity);
   list.add("matching.over_budget", status.matcher.over_budget);
   list.add("matching.slowdowns", status.matcher.slowdowns);
   list.add("matching.effort", static_cast<std::uint64_t>(status.matcher.effort));

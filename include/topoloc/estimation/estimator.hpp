@@ -102,7 +102,8 @@ struct Counters {
   std::uint64_t map_accepted = 0;
   std::uint64_t map_rejected = 0;
   std::uint64_t imu_gaps = 0;
-  std::uint64_t doubts = 0;  ///< times the pose or the velocity was given more uncertainty
+  std::uint64_t breakdowns = 0;  ///< times the state was not finite and was given up
+  std::uint64_t doubts = 0;      ///< times the pose or the velocity was given more uncertainty
 };
 
 /// State of now, with what is needed to judge it.

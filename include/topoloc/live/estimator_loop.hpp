@@ -93,6 +93,7 @@ class EstimatorLoop {
   can::VehicleSignals& signals_;
   CanSource& can_;
   EstimatorPorts& ports_;
+  std::int64_t offset_before_ns_ = 0;  ///< HostClock::system_offset_ns() of the tick before
   TickInput input_;
   TickRunner runner_;
   std::optional<GivenPose> given_;  ///< not yet started from

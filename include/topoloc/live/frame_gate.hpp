@@ -24,9 +24,10 @@ const char* name(FrameStamp stamp);
 struct FrameTiming {
   std::array<std::uint64_t, kFrameStamps> stamps{};  ///< by FrameStamp
   std::uint64_t steps = 0;                           ///< times that the camera's clock was set
-  double correction_s = 0.0;                         ///< added to the stamps to make up for that
-  double delay_ms = 0.0;   ///< shortest way from exposure to reception, lately
-  double drift_ppm = 0.0;  ///< how that changes: the camera's clock is slow where positive
+  std::uint64_t late = 0;     ///< accepted, but 0.1 s later than the shortest delay
+  double correction_s = 0.0;  ///< added to the stamps to make up for that
+  double delay_ms = 0.0;      ///< shortest way from exposure to reception, lately
+  double drift_ppm = 0.0;     ///< how that changes: the camera's clock is slow where positive
 };
 
 /// Watches the time stamps of camera frames against the time line of everything else.
@@ -66,13 +67,18 @@ class FrameGate {
   FrameStamp judge(Frame& frame);
   [[nodiscard]] bool leaps(const Frame& frame) const;
   bool is_confirmed(Frame& frame);
+  bool is_ahead(Frame& frame);
+  void correct(Frame& frame, std::int64_t step_ns);
   void watch(const Frame& frame);
+  /// Shortest delay of the last seconds.
+  [[nodiscard]] std::int64_t least_ns() const;
 
   std::int64_t max_age_ns_;
   std::int64_t correction_ns_ = 0;
   std::optional<Frame> last_;  // accepted
   std::int64_t period_ns_ = 0;
   std::optional<Leap> leap_;
+  std::optional<Leap> ahead_;  ///< stamps later than their reception, one after the other
   std::optional<Window> window_;
   std::optional<Window> before_;  // the window before that
   FrameTiming timing_;

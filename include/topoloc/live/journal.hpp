@@ -23,8 +23,9 @@ class JournalWriter {
     std::string vehicle_yaml;  ///< text of the configuration
   };
 
-  /// Makes the folder if needed and removes the journal of an earlier run. Throws
-  /// std::runtime_error that names the folder.
+  /// Makes the folder if needed. The journal of the run before moves into its folder "previous"
+  /// (replacing what was there): it may be that of a crash. Throws std::runtime_error that names
+  /// the folder.
   JournalWriter(std::filesystem::path folder, std::size_t max_bytes, Origin origin);
   ~JournalWriter();
   JournalWriter(const JournalWriter&) = delete;

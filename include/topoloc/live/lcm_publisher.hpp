@@ -29,7 +29,7 @@ class LcmPublisher {
     config::LcmChannels channels;
     std::string crs;  ///< of the map; empty: no geo_pose_t
     Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();
-    std::filesystem::path last_pose;  ///< kept there once a second while tracking; empty: not kept
+    std::filesystem::path last_pose;  ///< kept there while tracking and standing; empty: not kept
   };
   /// Fills in what the other threads have said of themselves.
   using Collect = std::function<void(ProcessStatus&)>;
@@ -47,6 +47,7 @@ class LcmPublisher {
   void publish_outputs();
   void publish(const TickOutput& output);
   void publish_status(bool stopping);
+  void keep_last_pose();
   template <typename Message>
   void send(const std::string& channel, const Message& message);
 

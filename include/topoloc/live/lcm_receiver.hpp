@@ -26,9 +26,10 @@ struct ReceiverStatus {
   std::uint64_t wrong_size = 0;  ///< not the size of the calibration
   FrameTiming timing;
   std::uint64_t poses = 0;
-  std::uint64_t bad_poses = 0;   ///< undecodable, not finite, or no rotation
+  std::uint64_t bad_poses = 0;   ///< undecodable, not finite, no rotation, or of another time
   std::uint64_t poses_lost = 0;  ///< more than the estimator took
   std::uint64_t bad_commands = 0;
+  std::uint64_t lcm_failed = 0;  ///< times that LCM could not be read
 };
 
 /// Takes camera frames, initial poses and commands from LCM, in a thread of its own.
@@ -45,14 +46,16 @@ class LcmReceiver {
               realtime::Mailbox<CameraFrame>& frames, EstimatorPorts& ports,
               std::function<void()> stop_process);
 
-  /// Until `stop` is set (and at most 50 ms longer). `report` is called after each message, in the
+  /// Until `stop` is set (and at most 20 ms longer). `report` is called after each message, in the
   /// receiver's thread.
   void run(const std::atomic<bool>& stop, const std::function<void(const ReceiverStatus&)>& report);
 
  private:
-  void take_image(const lcm::ReceiveBuffer* buffer, const std::string& channel);
-  void take_pose(const lcm::ReceiveBuffer* buffer, const std::string& channel);
-  void take_command(const lcm::ReceiveBuffer* buffer, const std::string& channel);
+  template <void (LcmReceiver::*kTake)(const lcm::ReceiveBuffer*)>
+  void subscribe(const std::string& channel);
+  void take_image(const lcm::ReceiveBuffer* buffer);
+  void take_pose(const lcm::ReceiveBuffer* buffer);
+  void take_command(const lcm::ReceiveBuffer* buffer);
 
   Config config_;
   HostClock clock_;

@@ -27,8 +27,9 @@ enum class FrameFate : std::uint8_t {
   kNoPrediction,   ///< the estimator did not answer
   kNotMatched,     ///< matching::FrameVerdict says why
   kEstimatorBusy,  ///< the estimator has not taken the sets before
+  kFailed,         ///< matching threw: out of memory, or a library's complaint
 };
-inline constexpr std::size_t kFrameFates = 6;
+inline constexpr std::size_t kFrameFates = 7;
 const char* name(FrameFate fate);
 
 /// How the matcher is doing, since the start.
@@ -36,6 +37,7 @@ struct MatcherStatus {
   std::array<std::uint64_t, kFrameFates> frames{};                 ///< by FrameFate
   std::array<std::uint64_t, matching::kFrameVerdicts> verdicts{};  ///< by matching::FrameVerdict
   std::uint64_t damaged_nodes = 0;
+  std::uint64_t over_capacity = 0;     ///< matches beyond estimation::kMaxMatches
   std::uint64_t over_budget = 0;       ///< frames that took longer than the latency budget
   std::uint64_t slowdowns = 0;         ///< times that less effort was chosen
   std::uint64_t unrecorded = 0;        ///< match sets that the recorder was too slow for

@@ -16,6 +16,7 @@ struct PublisherStatus {
   std::uint64_t published = 0;       ///< estimates
   std::uint64_t publish_failed = 0;  ///< messages that LCM did not take
   std::uint64_t journal_failed = 0;  ///< 1: the disk is full or gone; nothing is recorded any more
+  std::uint64_t last_pose_failed = 0;  ///< times that the last pose could not be written
   realtime::LatencyHistogram latency;  ///< from the start of a tick to its message's being sent
 };
 
@@ -27,6 +28,7 @@ struct ProcessStatus {
   realtime::MailboxCounts mailbox;
   ReceiverStatus receiver;
   PublisherStatus publisher;
+  std::uint64_t can_before_start = 0;  ///< CAN frames thrown away when the process started
 };
 
 /// Counters and words. `message.utime`, `uptime_s` and `stopping` are the caller's.

@@ -106,6 +106,42 @@ TEST_F(FrameGateTest, CountsStampsThatCannotBe) {
   EXPECT_EQ(count(FrameStamp::kTooOld), 1U);
 }
 
+TEST_F(FrameGateTest, GoesOnWithACameraWhoseClockIsAhead) {
+  clock_ns_ = 400 * kMs;
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_EQ(next(), FrameStamp::kFuture);
+  }
+  run(50);
+  EXPECT_EQ(gate_.timing().steps, 1U);
+  EXPECT_LE(std::abs(error_ns() - kDelay_ns), 5 * kMs);  // the delay itself cannot be known
+}
+
+TEST_F(FrameGateTest, GoesOnWithACameraWhoseClockIsFast) {
+  clock_rate_ = 200e-6;  // 30 ms of delay are gone after 150 s
+  for (int i = 0; i < 10'000; ++i) {
+    next();
+  }
+  EXPECT_GE(count(FrameStamp::kAccepted), 9'500U);
+  EXPECT_LE(received_ns_ - time_ns_, 45 * kMs);
+  EXPECT_GE(received_ns_ - time_ns_, -10 * kMs);
+}
+
+TEST_F(FrameGateTest, TakesOneWrongStampAmongLateFramesForNoStep) {
+  run(100);
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_EQ(next(150 * kMs), FrameStamp::kAccepted);
+  }
+  clock_ns_ = 400 * kMs;
+  EXPECT_EQ(next(150 * kMs), FrameStamp::kClockStep);
+  clock_ns_ = 0;
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_EQ(next(150 * kMs), FrameStamp::kAccepted);
+  }
+  EXPECT_EQ(gate_.timing().steps, 0U);
+  EXPECT_EQ(gate_.timing().late, 20U);
+  EXPECT_EQ(error_ns(), 0);
+}
+
 TEST_F(FrameGateTest, TellsADriftOfTheCamerasClock) {
   clock_rate_ = -100e-6;  // slow: stamps fall behind
   run(3000);

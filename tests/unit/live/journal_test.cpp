@@ -232,16 +232,19 @@ TEST(Journal, TellsTicksAndMatchSetsThatWereLost) {
   EXPECT_FALSE(read.front().set);
 }
 
-TEST(Journal, OfAnEarlierRunIsReplaced) {
+TEST(Journal, OfTheRunBeforeIsKeptBesideThePresentOne) {
   const TemporaryFolder folder;
   Random random;
-  for (int run = 0; run < 2; ++run) {
+  for (std::uint64_t run = 1; run <= 3; ++run) {
     JournalWriter journal(folder / "flight", 1 << 24, {"1.2", ""});
-    journal.add(made_up_tick(random, 0));
+    for (std::uint64_t i = 0; i < run; ++i) {
+      journal.add(made_up_tick(random, i));
+    }
     journal.close();
   }
   std::vector<ReadTick> read;
-  EXPECT_EQ(read_all(folder / "flight", read).ticks, 1U);
+  EXPECT_EQ(read_all(folder / "flight", read).ticks, 3U);
+  EXPECT_EQ(read_all(folder / "flight" / "previous", read).ticks, 2U);
 }
 
 TEST(Journal, ComplaintsNameTheFolder) {
