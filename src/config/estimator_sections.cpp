@@ -44,6 +44,8 @@ void read_health(StrictNode& estimator, estimation::HealthConfig& config) {
   health.read("doubt_position_m", config.doubt_position_m, {0.0, 100.0});
   health.read("doubt_attitude_rad", config.doubt_attitude_rad, {0.0, 1.0});
   health.read("speed_doubt_after_s", config.speed_doubt_after_s, positive_up_to(3600.0));
+  health.read("damaged_imu_attitude_rad", config.damaged_imu_attitude_rad, {0.0, 1.0});
+  health.read("damaged_imu_velocity_mps", config.damaged_imu_velocity_mps, {0.0, 100.0});
   health.read("doubt_velocity_mps", config.doubt_velocity_mps, {0.0, 100.0});
   health.finish();
 }

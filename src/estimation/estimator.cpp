@@ -85,6 +85,7 @@ const Estimate& Estimator::tick(std::int64_t now_ns, const TickInputs& inputs) {
   history_.compute();
   read_reports();
   doubt_velocity_if_due();
+  doubt_damaged_imu();
   judge(now_ns);
   return estimate_;
 }
@@ -196,6 +197,7 @@ void Estimator::take_imu(const ImuSample& sample) {
   const bool later = !last_imu_ || sample.time_ns > last_imu_->time_ns;
   if (finite && later && !imu_screen_.believes(sample)) {
     count(estimate_.counters.imu, InsertVerdict::kImplausible);
+    imu_damaged_ = true;
     return;
   }
   if (finite && last_imu_ && later) {
@@ -332,6 +334,15 @@ void Estimator::doubt_velocity_if_due() {
   }
   history_.add_uncertainty(now_ns, {.v_mps = health.doubt_velocity_mps});
   ++estimate_.counters.doubts;
+}
+
+void Estimator::doubt_damaged_imu() {
+  if (imu_damaged_ && !history_.empty()) {
+    history_.add_uncertainty(history_.newest_time_ns(),
+                             {.theta_rad = config_.health.damaged_imu_attitude_rad,
+                              .v_mps = config_.health.damaged_imu_velocity_mps});
+  }
+  imu_damaged_ = false;
 }
 
 void Estimator::judge(std::int64_t now_ns) {

@@ -38,6 +38,9 @@ struct HealthConfig {
   double doubt_attitude_rad = 0.03;
   double speed_doubt_after_s = 2.0;  ///< every speed contradicts for so long, and no map fix:
   double doubt_velocity_mps = 3.0;   ///< the velocity is given this much more uncertainty
+  /// A tick with inertial samples that cannot be true: those that can may be damaged, too.
+  double damaged_imu_attitude_rad = 0.01;
+  double damaged_imu_velocity_mps = 0.3;
 };
 
 struct EstimatorConfig {
@@ -160,6 +163,7 @@ class Estimator {
   void count_uses(const MapUpdateReport& report);
   void read_reports();
   void doubt_velocity_if_due();
+  void doubt_damaged_imu();
   void judge(std::int64_t now_ns);
 
   EstimatorConfig config_;
@@ -184,6 +188,7 @@ class Estimator {
   TimeLine imu_time_line_;
   ImuScreen imu_screen_;
   bool imu_gap_ = false;
+  bool imu_damaged_ = false;  ///< in this tick
   bool has_fix_ = false;
   int consecutive_rejections_ = 0;
 };
