@@ -112,13 +112,15 @@ def test_a_map_needs_a_camera(vehicle: Path) -> None:
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="becomes another user to lose privileges")
 def test_missing_privileges_are_told(vehicle: Path) -> None:
-    command = [BIN / "topoloc-localise", "--config", vehicle, "--check", "--dead-reckoning"]
     for folder in (vehicle.parent, *vehicle.parent.parents):
         if folder.owner() == "root" and folder.is_relative_to("/tmp"):
             folder.chmod(0o755)
+    unprivileged = "setpriv --reuid=65534 --regid=65534 --clear-groups --bounding-set=-all"
+    limits = "prlimit --rtprio=0 --memlock=65536"
     result = run(
-        *("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", "--bounding-set=-all"),
-        *("prlimit", "--rtprio=0", "--memlock=65536", *command),
+        *unprivileged.split(),
+        *limits.split(),
+        *(BIN / "topoloc-localise", "--config", vehicle, "--check", "--dead-reckoning"),
     )
     real_time = next(line for line in result.stdout.splitlines() if "real time" in line)
     assert real_time.startswith("warning")
