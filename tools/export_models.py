@@ -52,9 +52,12 @@ class Wanted:
 
 def wanted_files(arguments: argparse.Namespace) -> Iterator[Wanted]:
     for name in arguments.models:
-        for size_px in arguments.sizes:
+        for width_px, height_px in arguments.sizes:
+            # Half of the rows, in steps of 32: what a vehicle short of time looks at.
+            band_px = (width_px, -(-height_px // 64) * 32)
             for count in arguments.features:
-                yield Wanted(name, count, size_px)
+                yield Wanted(name, count, (width_px, height_px))
+                yield Wanted(name, count // 2, band_px)
     for matcher in dict.fromkeys(matcher_of(name) for name in arguments.models):
         for count in arguments.features:
             yield Wanted(matcher, count)
@@ -145,7 +148,8 @@ def main() -> int:
         type=size,
         default=[(640, 384), (1248, 384)],
         metavar="WxH",
-        help="image sizes in pixels, multiples of 32 (default: 640x384 1248x384)",
+        help="image sizes in pixels, multiples of 32 (default: 640x384 1248x384); each with one "
+        "of half as many rows and features",
     )
     parser.add_argument(
         "--features",

@@ -6,16 +6,19 @@
 Plays the drive of the HIL bench with fault scripts (docs/replay.md), several faults a run, and
 checks for each: something was said of it (a reason in the estimates, or a counter of the status),
 the mode is back to tracking within 2 s of its end, the position is right from then on, and no
-estimate had a NaN or a stamp of zero. Exit code: 0 all checks passed, 1 not.
+estimate had a NaN or a stamp of zero. A run that fails while the machine misses ticks is played
+again; where it never keeps up, recovery is not judged. Exit code: 0 all checks passed, 1 not.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatch
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,6 +33,8 @@ EXAMPLES = """examples:
 RECOVERY_S = 2.0
 MIN_TRACKING_SHARE = 0.95  # from then until the next fault
 MAX_ERROR_M = 0.6  # from two seconds after a fault until the next
+MAX_MISSED_SHARE = 0.01  # of the ticks: with more, time was short, whatever the fault
+TRIES = 3
 TRACKING = 1
 REASONS = {
     "no_imu": 1, "imu_gap": 2, "no_speed": 4, "no_map_fix": 8, "map_contradicts": 16,
@@ -76,9 +81,12 @@ FIRST_S = 4.0
 PAUSE_S = 4.5  # from a fault's end to the next
 
 
-def runs(faults: Sequence[Fault], drive_s: float) -> list[list[tuple[float, Fault]]]:
-    """The faults, each with its time, as few runs of the drive as they fit into."""
-    result: list[list[tuple[float, Fault]]] = [[]]
+Run = list[tuple[float, Fault]]  # faults, each with its time
+
+
+def runs(faults: Sequence[Fault], drive_s: float) -> list[Run]:
+    """As few runs of the drive as the faults fit into."""
+    result: list[Run] = [[]]
     at_s = FIRST_S
     for fault in faults:
         if at_s + fault.for_s + PAUSE_S > drive_s:
@@ -87,6 +95,11 @@ def runs(faults: Sequence[Fault], drive_s: float) -> list[list[tuple[float, Faul
         result[-1].append((at_s, fault))
         at_s += fault.for_s + PAUSE_S
     return result
+
+
+def end_of(run: Run) -> float:
+    at_s, fault = run[-1]
+    return at_s + fault.for_s + PAUSE_S
 
 
 class Timeline:
@@ -121,11 +134,22 @@ class Timeline:
             if any(fnmatch(name, pattern) for pattern in names)
         )
 
+    def described(self, from_s: float, until_s: float) -> str:
+        """What was said in a while: reasons with their share of the time, counters that grew."""
+        reasons = self.reasons[self.between(from_s, until_s)]
+        shares = {name: np.mean(reasons & bit != 0) for name, bit in REASONS.items()}
+        said = ", ".join(f"{name} {100 * share:.0f} %" for name, share in shares.items() if share)
+        grown = {n: self.counted([n], from_s, until_s) for n in self.counters[-1]}
+        counts = ", ".join(f"{name} {value}" for name, value in grown.items() if value)
+        return f"from {from_s:.1f} to {until_s:.1f} s: {said or 'no reason'}; {counts}"
+
     def between(self, from_s: float, until_s: float) -> np.ndarray[Any, np.dtype[np.bool_]]:
         return (self.time_s >= from_s) & (self.time_s < until_s)
 
 
-def check(checks: Checks, timeline: Timeline, at_s: float, fault: Fault, next_s: float) -> None:
+def check_fault(
+    checks: Checks, timeline: Timeline, at_s: float, fault: Fault, next_s: float, judged: bool
+) -> None:
     end_s = at_s + fault.for_s
     name = f"{fault.kind} {fault.keys}" if fault.keys else fault.kind
     during = timeline.between(at_s, end_s + 0.5)
@@ -142,17 +166,82 @@ def check(checks: Checks, timeline: Timeline, at_s: float, fault: Fault, next_s:
     back = timeline.time_s[(timeline.time_s >= end_s) & (timeline.mode == TRACKING)]
     worst_m = float(np.nanmax(timeline.error_m[late]))
     stays = float(np.mean(timeline.mode[late] == TRACKING))
-    checks.add(
-        f"{name}: recovers",
+    recovered = (
         back.size > 0
         and back[0] <= end_s + RECOVERY_S
         and stays >= MIN_TRACKING_SHARE
-        and worst_m <= MAX_ERROR_M,
+        and worst_m <= MAX_ERROR_M
+    )
+    checks.add(
+        f"{name}: recovers{'' if judged else ' (not judged, the machine does not keep up)'}",
+        recovered or not judged,
         f"tracking {back[0] - end_s:.1f} s after its end and {100 * stays:.0f} % of the time from "
         f"{RECOVERY_S:.0f} s on, worst error then {worst_m:.2f} m"
         if back.size
         else "never tracking again",
     )
+    if not recovered:
+        print(timeline.described(end_s + RECOVERY_S, next_s), file=sys.stderr)
+
+
+class FaultBench:
+    """Plays runs of the drive with faults, and judges them."""
+
+    def __init__(self, args: argparse.Namespace) -> None:
+        self.args = args
+        self.drive, self.built, self.vehicle = prepare(args)
+        self.truth = Truth(self.drive / "ground_truth.tum")
+        self.types = message_types(args.work / "lcmtypes")
+
+    @property
+    def drive_s(self) -> float:
+        return 1e-9 * float(self.truth.time_ns[-1] - self.truth.time_ns[0])
+
+    def checked(self, number: int, run: Run) -> Checks:
+        """What the last attempt at a run found: the first that passed, or that had its time."""
+        for attempts_left in reversed(range(TRIES)):
+            out = self.played(number, run)
+            published = Published(out / "log.lcm", self.types)
+            ticks = published.counters["ticks.done"] + published.counters["ticks.missed"]
+            missed_share = published.counters["ticks.missed"] / ticks
+            busy = missed_share > MAX_MISSED_SHARE
+            checks = self.judged(out, published, number, run, not busy or attempts_left > 0)
+            if checks.passed or not busy:
+                break
+            print(
+                f"run {number}: {100 * missed_share:.1f} % of the ticks missed, again", flush=True
+            )
+        return checks
+
+    def played(self, number: int, run: Run) -> Path:
+        out: Path = self.args.work / f"faults_{number}"
+        script = self.args.work / f"faults_{number}.yaml"
+        entries = [fault.script(at_s) for at_s, fault in run]
+        script.write_text(
+            yaml.safe_dump({"format": 1, "seed": 1, "faults": entries}, sort_keys=False)
+        )
+        play(
+            self.args, self.drive, self.built, self.vehicle, out,
+            ["--faults", script, "--duration", f"{end_of(run):g}"],
+        )  # fmt: skip
+        return out
+
+    def judged(
+        self, out: Path, published: Published, number: int, run: Run, recovery: bool
+    ) -> Checks:
+        ended = json.loads((out / "run.json").read_text())
+        start = json.loads((out / "replay.json").read_text())["start"]
+        checks = Checks()
+        checks.add(
+            f"run {number}: survives, sound numbers and stamps",
+            ended["localiser_exit"] == 0 and all(map(is_sound, published.estimates)),
+            f"exit code {ended['localiser_exit']}, {len(published.estimates)} estimates",
+        )
+        timeline = Timeline(published, self.truth, start)
+        ends = [at_s for at_s, _ in run[1:]] + [end_of(run)]
+        for (at_s, fault), next_s in zip(run, ends, strict=True):
+            check_fault(checks, timeline, at_s, fault, next_s, recovery)
+        return checks
 
 
 def main() -> int:
@@ -162,36 +251,14 @@ def main() -> int:
     if not args.drive.is_dir():
         print(f"skipped: {args.drive} is not there")
         return 0
-    drive, built, vehicle = prepare(args)
-    truth = Truth(drive / "ground_truth.tum")
-    drive_s = 1e-9 * float(truth.time_ns[-1] - truth.time_ns[0])
+    bench = FaultBench(args)
     faults = [f for f in FAULTS if not args.only or f.kind in args.only]
-    types = message_types(args.work / "lcmtypes")
-    checks = Checks()
-    for number, run in enumerate(runs(faults, drive_s)):
-        out = args.work / f"faults_{number}"
-        script = args.work / f"faults_{number}.yaml"
-        entries = [fault.script(at_s) for at_s, fault in run]
-        script.write_text(
-            yaml.safe_dump({"format": 1, "seed": 1, "faults": entries}, sort_keys=False)
-        )
-        until_s = run[-1][0] + run[-1][1].for_s + PAUSE_S
-        play(args, drive, built, vehicle, out, ["--faults", script, "--duration", f"{until_s:g}"])
-        published = Published(out / "log.lcm", types)
-        ended = json.loads((out / "run.json").read_text())
-        start = json.loads((out / "replay.json").read_text())["start"]
-        checks.add(
-            f"run {number}: survives, sound numbers and stamps",
-            ended["localiser_exit"] == 0 and all(map(is_sound, published.estimates)),
-            f"exit code {ended['localiser_exit']}, {len(published.estimates)} estimates",
-        )
-        timeline = Timeline(published, truth, start)
-        ends = [at_s for at_s, _ in run[1:]] + [until_s]
-        for (at_s, fault), next_s in zip(run, ends, strict=True):
-            check(checks, timeline, at_s, fault, next_s)
+    results: dict[str, dict[str, Any]] = {}
+    for number, run in enumerate(runs(faults, bench.drive_s)):
+        results |= bench.checked(number, run).results
     if args.json:
-        args.json.write_text(json.dumps(checks.results, indent=2) + "\n")
-    return 0 if checks.passed else 1
+        args.json.write_text(json.dumps(results, indent=2) + "\n")
+    return 0 if all(r["passed"] for r in results.values()) else 1
 
 
 if __name__ == "__main__":

@@ -63,6 +63,7 @@ void localise_drive(const Options& options) {
   batch.start_s = options.start_s;
   batch.use_speed = !options.no_speed;
   batch.match_delay_s = options.match_delay_s;
+  batch.effort = static_cast<matching::Effort>(options.match_effort);
   batch.match_seconds = options.match_seconds;
   if (!options.initial_pose.empty()) {
     batch.initial_pose = parse_initial_pose(options.initial_pose);

@@ -18,6 +18,7 @@ struct Options {
   double start_s = 0.0;
   bool no_speed = false;
   double match_delay_s = 0.0;
+  int match_effort = 0;
   double match_seconds = 0.0;
   std::string json;
   // Live: the vehicle process.

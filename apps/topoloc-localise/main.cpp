@@ -58,6 +58,11 @@ void add_options(CLI::App& app, Options& options) {
                           "Seconds by which matches reach the filter late")
                ->check(CLI::Range(0.0, 10.0))
                ->capture_default_str());
+  of_drive(app.add_option("--match-effort", options.match_effort,
+                          "0 as configured, 1 guided, 2 guided with half of the rows: "
+                          "what a vehicle short of time falls back to")
+               ->check(CLI::Range(0, 2))
+               ->capture_default_str());
   of_drive(app.add_option("--match-seconds", options.match_seconds,
                           "Seconds that a slow matcher takes for a frame, leaving out those that "
                           "come meanwhile")

@@ -147,7 +147,8 @@ struct LiveProcess::Impl {
                   return map_matcher->match(time_ns, grey, prediction, out, effort);
                 },
             .prefetch =
-                [this](const RigidTransform& T_world_imu) { map_matcher->prefetch(T_world_imu); }},
+                [this](const RigidTransform& T_world_imu) { map_matcher->prefetch(T_world_imu); },
+            .least_effort = map_matcher->least_effort()},
         frames, ports, recorded_sets ? &*recorded_sets : nullptr);
   }
 

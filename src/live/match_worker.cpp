@@ -56,7 +56,7 @@ MatchWorker::MatchWorker(const Config& config, const HostClock& clock, FrameMatc
       ports_(ports),
       recorder_(recorder),
       clock_(clock),
-      governor_(config.budget_ns, matching::kEfforts) {}
+      governor_(config.budget_ns, static_cast<int>(matcher_.least_effort) + 1) {}
 
 void MatchWorker::run(const std::function<void(const MatcherStatus&)>& report) {
   CameraFrame frame;

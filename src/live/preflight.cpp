@@ -129,8 +129,12 @@ Check check_map(const config::VehicleConfig& vehicle, const std::filesystem::pat
                     "again (topoloc-map verify tells more)",
                     file.string(), damaged, map.node_count()));
   }
-  return ok(fmt::format("{}: {} nodes, made with {}, as configured", file.string(),
-                        map.node_count(), map::to_string(map.info().model)));
+  const bool has_band = matcher.least_effort() == matching::Effort::kBand;
+  return ok(fmt::format("{}: {} nodes, made with {}, as configured{}", file.string(),
+                        map.node_count(), map::to_string(map.info().model),
+                        has_band ? ""
+                                 : "; no model for half of the rows, so that less cannot "
+                                   "be looked at where time is short"));
 }
 
 Check check_writable(const std::filesystem::path& folder, const std::string& key) {

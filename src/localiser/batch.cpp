@@ -162,9 +162,10 @@ class FramePipeline {
       spare_.pop_back();
     }
     FrameRecord record{.frame_index = index, .time_ns = time_ns, .matching = {}, .update = {}};
-    record.matching = matcher_.match(
-        time_ns, image,
-        {.T_world_imu = state->T_world_imu(), .covariance = P.topLeftCorner<6, 6>()}, *set);
+    record.matching =
+        matcher_.match(time_ns, image,
+                       {.T_world_imu = state->T_world_imu(), .covariance = P.topLeftCorner<6, 6>()},
+                       *set, options_.effort);
     result.frames.push_back(record);
     if (record.matching.verdict != matching::FrameVerdict::kOk) {
       spare_.push_back(std::move(set));

@@ -9,6 +9,7 @@
 #include "topoloc/matching/outliers.hpp"
 #include "topoloc/matching/undistorter.hpp"
 
+#include "matching/band_extractor.hpp"
 #include "matching/node_cache.hpp"
 
 #include <algorithm>
@@ -79,6 +80,7 @@ struct MapMatcher::Impl {
         T_imu_cam(T_imu_cam_in),
         undistorter(camera_in, matching_camera(config_in)),
         extractor(make_extractor(config_in)),
+        band_extractor(make_band_extractor(config_in)),
         map(&with_same_model(map_in, extractor->identity())),
         index(map_in),
         cache(map_in),
@@ -89,7 +91,15 @@ struct MapMatcher::Impl {
     if (config.matcher != "guided" && config.matcher != "mutual") {
       network_matcher = make_matcher(config);
     }
-    extractor->set_mask(undistorter.mask(raw_mask, config.mask_erosion_px));
+    const cv::Mat mask = undistorter.mask(raw_mask, config.mask_erosion_px);
+    extractor->set_mask(mask);
+    if (band_extractor) {
+      if (band_extractor->identity().descriptor_dim != extractor->identity().descriptor_dim) {
+        throw std::invalid_argument(
+            "the model for half of the rows has descriptors of another length");
+      }
+      band_extractor->set_mask(mask);
+    }
   }
 
   FrameReport match(std::int64_t time_ns, const cv::Mat& raw_grey, const Prediction& prediction,
@@ -109,6 +119,7 @@ struct MapMatcher::Impl {
   RigidTransform T_imu_cam;
   Undistorter undistorter;
   std::unique_ptr<FeatureExtractor> extractor;
+  std::unique_ptr<FeatureExtractor> band_extractor;  ///< null where there is no model for it
   const map::MapFile* map;
   map::NodeIndex index;
   NodeCache cache;
@@ -158,16 +169,14 @@ FrameReport MapMatcher::Impl::match(std::int64_t time_ns, const cv::Mat& raw_gre
   }
   undistorter.undistort(raw_grey, image);
   stopwatch.lap(report.times.undistort_ms);
-  extractor->extract(image, query);
+  const bool band = effort == Effort::kBand && band_extractor;
+  (band ? band_extractor : extractor)->extract(image, query);
   stopwatch.lap(report.times.extract_ms);
   report.features = query.count;
   if (query.count < config.min_features) {
     return rejected(FrameVerdict::kTooFewFeatures);
   }
 
-  if (effort == Effort::kSparse) {
-    query.count = std::min(query.count, config.max_features / 2);  // best first
-  }
   free_matcher =
       network_matcher && effort == Effort::kFull ? network_matcher.get() : nearest_matcher.get();
   const bool guided = config.matcher == "guided" || effort != Effort::kFull;
@@ -330,6 +339,10 @@ FrameReport MapMatcher::match(std::int64_t time_ns, const cv::Mat& raw_grey,
                               const Prediction& prediction, estimation::MapMatchSet& out,
                               Effort effort) {
   return impl_->match(time_ns, raw_grey, prediction, out, effort);
+}
+
+Effort MapMatcher::least_effort() const {
+  return impl_->band_extractor ? Effort::kBand : Effort::kGuided;
 }
 
 void MapMatcher::prefetch(const RigidTransform& T_world_imu) const { impl_->prefetch(T_world_imu); }

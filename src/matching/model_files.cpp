@@ -12,9 +12,17 @@ std::string size(const MatchingConfig& config) {
   return std::to_string(config.width_px) + "x" + std::to_string(config.height_px);
 }
 
-std::filesystem::path existing(const MatchingConfig& config, const std::string& stem) {
+std::filesystem::path in_model_dir(const MatchingConfig& config, const std::string& stem) {
   const auto dir = config.model_dir.empty() ? default_model_dir() : config.model_dir;
-  std::filesystem::path path = dir / (stem + "_n" + std::to_string(config.max_features) + ".onnx");
+  return dir / (stem + "_n" + std::to_string(config.max_features) + ".onnx");
+}
+
+std::string extractor_stem(const MatchingConfig& config) {
+  return config.extractor + "_" + size(config);
+}
+
+std::filesystem::path existing(const MatchingConfig& config, const std::string& stem) {
+  std::filesystem::path path = in_model_dir(config, stem);
   if (!std::filesystem::exists(path)) {
     throw std::runtime_error(
         path.string() + ": no such model file; `tools/export_models.py --models " +
@@ -29,7 +37,18 @@ std::filesystem::path existing(const MatchingConfig& config, const std::string& 
 }  // namespace
 
 std::filesystem::path extractor_file(const MatchingConfig& config) {
-  return existing(config, config.extractor + "_" + size(config));
+  return existing(config, extractor_stem(config));
+}
+
+bool has_extractor_file(const MatchingConfig& config) {
+  return std::filesystem::exists(in_model_dir(config, extractor_stem(config)));
+}
+
+MatchingConfig band_of(MatchingConfig config) {
+  constexpr int kStep_px = 32;
+  config.max_features /= 2;
+  config.height_px = (config.height_px + 2 * kStep_px - 1) / (2 * kStep_px) * kStep_px;
+  return config;
 }
 
 std::filesystem::path lightglue_file(const MatchingConfig& config) {

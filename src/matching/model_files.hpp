@@ -13,6 +13,11 @@ namespace topoloc::matching {
 
 /// <extractor>_<width>x<height>_n<max_features>.onnx
 std::filesystem::path extractor_file(const MatchingConfig& config);
+bool has_extractor_file(const MatchingConfig& config);
+
+/// The configuration for half of the rows, rounded up to the 32 pixels that networks need, and half
+/// of the features.
+MatchingConfig band_of(MatchingConfig config);
 
 /// "lighterglue": lighterglue_n<max_features>.onnx. "lightglue": lightglue-<family>_n<...>.onnx,
 /// where the family of "aliked-n16" is "aliked", for its variants share a matcher. Throws

@@ -54,6 +54,7 @@ struct FrameMatcher {
                                       estimation::MapMatchSet& out, matching::Effort effort)>
       match;
   std::function<void(const RigidTransform& T_world_imu)> prefetch;
+  matching::Effort least_effort = matching::Effort::kFull;
 };
 
 /// The matching thread: takes the newest frame, asks the estimator where it was taken, matches it

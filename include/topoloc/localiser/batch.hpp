@@ -27,6 +27,7 @@ struct BatchOptions {
   /// A matcher that takes so long for a frame: results come that late, and the frames that come
   /// meanwhile are left out.
   double match_seconds = 0.0;
+  matching::Effort effort = matching::Effort::kFull;  ///< of each frame
 };
 
 /// One frame: what matching made of it, and what the filter made of that.

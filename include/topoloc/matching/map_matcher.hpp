@@ -38,9 +38,8 @@ std::string_view to_string(FrameVerdict verdict);
 enum class Effort : std::uint8_t {
   kFull,    ///< as configured
   kGuided,  ///< no network matches: inside the prediction's gates, freely where that fails
-  kSparse,  ///< the same with the better half of the image's features
+  kBand,    ///< the same with the middle half of the image's rows
 };
-inline constexpr int kEfforts = 3;
 
 /// What happened to one frame, for health, logs and tuning.
 struct FrameReport {
@@ -85,6 +84,9 @@ class MapMatcher {
   /// `time_ns`: mid-exposure. `out` holds matches only where the verdict is kOk.
   FrameReport match(std::int64_t time_ns, const cv::Mat& raw_grey, const Prediction& prediction,
                     estimation::MapMatchSet& out, Effort effort = Effort::kFull);
+
+  /// The least that match() can make do with: kBand needs a model for half of the rows.
+  [[nodiscard]] Effort least_effort() const;
 
   /// Asks the kernel to read ahead the nodes that will be nearest at a pose; returns at once.
   void prefetch(const RigidTransform& T_world_imu) const;

@@ -163,6 +163,42 @@ TEST_F(MapMatcherTest, GuidedFallsBackWhereThePredictionIsSurerThanItIsRight) {
   expect_true_matches(set_);
 }
 
+TEST_F(MapMatcherTest, WithLeastEffortLooksAtTheMiddleRowsOnly) {
+  const map::MapFile map(path_);
+  MapMatcher matcher = this->matcher(map);
+  if (matcher.least_effort() != Effort::kBand) {
+    GTEST_SKIP() << "no model for half of the rows";
+  }
+  const FrameReport full = matcher.match(7, image_, prediction(), set_, Effort::kGuided);
+  const FrameReport report = matcher.match(7, image_, prediction(), set_, Effort::kBand);
+  ASSERT_EQ(report.verdict, FrameVerdict::kOk);
+  EXPECT_TRUE(report.guided);
+  EXPECT_LT(report.features, full.features);
+  EXPECT_GT(report.matches, 0.3 * full.matches);
+  expect_true_matches(set_);
+  for (int i = 0; i < set_.match_count; ++i) {
+    const double row = set_.matches[static_cast<std::size_t>(i)].pixel_px.y();
+    EXPECT_GE(row, image_.rows / 4.0);
+    EXPECT_LE(row, 3.0 * image_.rows / 4.0);
+  }
+}
+
+TEST_F(MapMatcherTest, MakesDoWithTheWholeImageWhereThereIsNoModelForLess) {
+  const std::filesystem::path models = std::filesystem::path(path_).replace_extension("models");
+  std::filesystem::create_directory(models);
+  const std::string file = "xfeat_640x384_n512.onnx";
+  std::filesystem::copy(default_model_dir() / file, models / file);
+  config_.model_dir = models;
+  {
+    const map::MapFile map(path_);
+    MapMatcher matcher = this->matcher(map);
+    EXPECT_EQ(matcher.least_effort(), Effort::kGuided);
+    EXPECT_EQ(matcher.match(7, image_, prediction(), set_, Effort::kBand).verdict,
+              FrameVerdict::kOk);
+  }
+  std::filesystem::remove_all(models);
+}
+
 TEST_F(MapMatcherTest, SaysWhyAFrameGaveNoMatches) {
   const map::MapFile map(path_);
   MapMatcher matcher = this->matcher(map);
