@@ -5,10 +5,10 @@
 PRESET ?= release
 
 .DEFAULT_GOAL := help
-.PHONY: help setup models build test sanitize demo hil hil-faults bench format lint
+.PHONY: help setup models build test sanitize demo hil hil-faults bench tick-latency format lint
 
 help: ## Show this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: ## Install packages, Python environment, third-party libraries and models
 	@tools/setup
@@ -45,6 +45,10 @@ hil-faults: hil ## Every kind of fault through the real process on a virtual CAN
 bench: PRESET = release
 bench: build ## Run the benchmarks
 	@build/release/bin/topoloc-bench
+
+tick-latency: PRESET = release
+tick-latency: build ## Ten minutes of the estimator thread's ticks beside cyclictest
+	@.venv/bin/python tools/tick_latency.py
 
 format: setup ## Format C++ and Python sources in place
 	@tools/sources cpp | xargs -0 clang-format -i

@@ -4,7 +4,7 @@
 
 #include "topoloc/live/messages.hpp"
 
-#include "scripted_bus.hpp"
+#include "support/scripted_bus.hpp"
 
 #include <vector>
 

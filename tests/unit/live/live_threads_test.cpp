@@ -7,7 +7,7 @@
 #include "topoloc/live/recorder.hpp"
 
 #include "live/wake_event.hpp"
-#include "scripted_bus.hpp"
+#include "support/scripted_bus.hpp"
 
 #include <atomic>
 #include <chrono>
