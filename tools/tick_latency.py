@@ -40,7 +40,7 @@ def cyclictest_summary(report: dict[str, Any]) -> dict[str, float]:
             seen += count
             if seen >= share * total:
                 return us
-        return thread["max"]
+        return float(thread["max"])
 
     return {
         "count": thread["cycles"],

@@ -82,7 +82,7 @@ int localise_live(const Options& options) {
   const bool clean = process.stop();
   print_end(process.last_status());
   if (!clean) {
-    // The matcher is in the middle of a frame; nothing of what it does is waited for any more.
+    // A frame being matched or a disk that hangs is not waited for any more.
     std::fflush(stdout);
     std::_Exit(0);
   }

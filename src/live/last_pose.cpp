@@ -4,6 +4,7 @@
 
 #include "topoloc/evaluation/trajectory.hpp"
 
+#include <chrono>
 #include <exception>
 #include <system_error>
 
@@ -29,6 +30,24 @@ std::optional<LastPose> read_last_pose(const std::filesystem::path& file) {
   }
   const evaluation::Trajectory poses = evaluation::read_tum(file);
   return LastPose{poses.back().time_ns, poses.back().T_world_imu};
+}
+
+void LastPoseKeeper::run(const std::atomic<bool>& stop) {
+  constexpr auto kPause = std::chrono::milliseconds(20);
+  std::optional<LastPose> pose;
+  while (true) {
+    const bool stopping = stop.load(std::memory_order_acquire);
+    if (newest_.take(pose, kPause) == realtime::MailboxTake::kTaken) {
+      if (pose) {
+        failed_.fetch_add(write_last_pose(file_, *pose) ? 0 : 1, std::memory_order_relaxed);
+      } else {
+        std::error_code ignored;
+        std::filesystem::remove(file_, ignored);
+      }
+    } else if (stopping) {
+      return;
+    }
+  }
 }
 
 }  // namespace topoloc::live

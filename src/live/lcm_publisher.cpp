@@ -2,12 +2,10 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/live/lcm_publisher.hpp"
 
-#include "topoloc/live/last_pose.hpp"
 #include "topoloc/live/messages.hpp"
 
 #include <poll.h>
 #include <sys/eventfd.h>
-#include <system_error>
 #include <utility>
 
 namespace topoloc::live {
@@ -111,20 +109,17 @@ void LcmPublisher::publish_status(bool stopping) {
 // Only of a vehicle that stands and knows where it is: any other pose would be wrong by the time it
 // is started from.
 void LcmPublisher::keep_last_pose() {
-  if (config_.last_pose.empty()) {
+  if (config_.last_pose == nullptr) {
     return;
   }
   constexpr double kStanding_mps = 0.3;
   const estimation::Estimate& estimate = status_.newest.estimate;
   if (estimate.mode == estimation::Mode::kTracking &&
       estimate.state.v_world_imu.norm() < kStanding_mps) {
-    const bool kept = write_last_pose(
-        config_.last_pose,
-        {estimate.time_ns + status_.newest.system_offset_ns, estimate.state.T_world_imu()});
-    status_.publisher.last_pose_failed += kept ? 0 : 1;
+    config_.last_pose->keep(
+        LastPose{estimate.time_ns + status_.newest.system_offset_ns, estimate.state.T_world_imu()});
   } else if (has_pose(status_.newest)) {
-    std::error_code ignored;
-    std::filesystem::remove(config_.last_pose, ignored);
+    config_.last_pose->keep(std::nullopt);
   }
 }
 

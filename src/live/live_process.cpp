@@ -159,11 +159,18 @@ struct LiveProcess::Impl {
                                          .max_frame_age_ns = history_ns},
                      clock, lcm_in, frames, ports,
                      [this] { stop_requested.store(true, std::memory_order_release); });
+    if (!vehicle.live.last_pose.empty()) {
+      last_pose.emplace(vehicle.live.last_pose);
+      last_pose_thread.emplace(ordinary("last-pose"), [this] {
+        last_pose->run(stop_writers);
+        last_pose_done.store(true, std::memory_order_release);
+      });
+    }
     publisher.emplace(
         LcmPublisher::Config{.channels = vehicle.live.channels,
                              .crs = map ? map->info().crs : std::string{},
                              .origin_m = map ? map->info().origin_m : Eigen::Vector3d::Zero(),
-                             .last_pose = vehicle.live.last_pose},
+                             .last_pose = last_pose ? &*last_pose : nullptr},
         clock, lcm_out, ports.outputs, wake.fd(),
         [this](ProcessStatus& status) { collect(status); });
     receiver_thread.emplace(ordinary("lcm-receiver"), [this] {
@@ -172,7 +179,10 @@ struct LiveProcess::Impl {
     });
     publisher_thread.emplace(ordinary("lcm-publisher"), [this] { publisher->run(stop_publisher); });
     if (recorder) {
-      recorder_thread.emplace(ordinary("recorder"), [this] { recorder->run(stop_recorder); });
+      recorder_thread.emplace(ordinary("recorder"), [this] {
+        recorder->run(stop_writers);
+        recorder_done.store(true, std::memory_order_release);
+      });
     }
     if (matcher) {
       constexpr std::size_t kStackBytes = 8U << 20;  // OpenCV and ONNX Runtime
@@ -193,6 +203,7 @@ struct LiveProcess::Impl {
     status.mailbox = frames.counts();
     status.can_before_start = can_before_start;
     status.publisher.journal_failed = recorder && recorder->failed() ? 1 : 0;
+    status.publisher.last_pose_failed = last_pose ? last_pose->failed() : 0;
   }
 
   void start() {
@@ -207,11 +218,10 @@ struct LiveProcess::Impl {
       can_before_start += count;
     }
     publisher_thread->start();
-    if (recorder_thread) {
-      recorder_thread->start();
-    }
-    if (matcher_thread) {
-      matcher_thread->start();
+    for (auto* thread : {&recorder_thread, &last_pose_thread, &matcher_thread}) {
+      if (*thread) {
+        (*thread)->start();
+      }
     }
     estimator.start();
     receiver_thread->start();
@@ -229,18 +239,19 @@ struct LiveProcess::Impl {
     estimator.stop();
     receiver_thread->join();
     stop_publisher.store(true, std::memory_order_release);
-    stop_recorder.store(true, std::memory_order_release);
     publisher_thread->join();
-    if (recorder_thread) {
-      recorder_thread->join();
-    }
-    if (!matcher_thread) {
-      return true;
-    }
-    for (int i = 0; i < 50 && !matcher_done.load(std::memory_order_acquire); ++i) {
+    stop_writers.store(true, std::memory_order_release);
+    for (int i = 0; i < 100 && !rest_has_ended(); ++i) {
       std::this_thread::sleep_for(1ms);
     }
-    return matcher_done.load(std::memory_order_acquire);
+    return rest_has_ended();
+  }
+
+  /// Those that a disk or a long frame can hold up.
+  [[nodiscard]] bool rest_has_ended() const {
+    return (!recorder_thread || recorder_done.load(std::memory_order_acquire)) &&
+           (!last_pose_thread || last_pose_done.load(std::memory_order_acquire)) &&
+           (!matcher_thread || matcher_done.load(std::memory_order_acquire));
   }
 
   config::VehicleConfig vehicle;
@@ -263,13 +274,16 @@ struct LiveProcess::Impl {
   std::optional<matching::MapMatcher> map_matcher;
   std::optional<MatchWorker> matcher;
   std::optional<LcmReceiver> receiver;
+  std::optional<LastPoseKeeper> last_pose;
   std::optional<LcmPublisher> publisher;
   realtime::TripleBuffer<MatcherStatus> matcher_status;
   realtime::TripleBuffer<ReceiverStatus> receiver_status;
   std::atomic<bool> stop_requested{false};
   std::atomic<bool> stop_receiver{false};
   std::atomic<bool> stop_publisher{false};
-  std::atomic<bool> stop_recorder{false};
+  std::atomic<bool> stop_writers{false};
+  std::atomic<bool> recorder_done{false};
+  std::atomic<bool> last_pose_done{false};
   std::atomic<bool> matcher_done{false};
   std::uint64_t can_before_start = 0;
   bool started = false;
@@ -278,6 +292,7 @@ struct LiveProcess::Impl {
   std::optional<realtime::Thread> receiver_thread;
   std::optional<realtime::Thread> publisher_thread;
   std::optional<realtime::Thread> recorder_thread;
+  std::optional<realtime::Thread> last_pose_thread;
   std::optional<realtime::Thread> matcher_thread;
 };
 

@@ -154,6 +154,44 @@ Check check_writable(const std::filesystem::path& folder, const std::string& key
   return ok(folder.string());
 }
 
+Check check_journal(const config::LiveConfig& live) {
+  Check writable = check_writable(live.journal, "live.journal.folder");
+  if (writable.verdict != CheckVerdict::kOk) {
+    return writable;
+  }
+  std::filesystem::path existing = std::filesystem::absolute(live.journal);
+  while (!std::filesystem::exists(existing)) {
+    existing = existing.parent_path();
+  }
+  // That of the run before is kept, too.
+  const std::uintmax_t wanted_mb = 2 * static_cast<std::uintmax_t>(live.journal_mb);
+  const std::uintmax_t free_mb = std::filesystem::space(existing).available >> 20;
+  if (free_mb < wanted_mb) {
+    return warning(
+        fmt::format("{}: {} MB are free, up to {} MB are used: make room or lower "
+                    "live.journal.max_mb",
+                    live.journal.string(), free_mb, wanted_mb));
+  }
+  return writable;
+}
+
+Check check_last_pose(const std::filesystem::path& file) {
+  if (!std::filesystem::is_directory(std::filesystem::absolute(file).parent_path())) {
+    return error(file.string() + ": its folder is not there: make it");
+  }
+  Check writable = check_writable(file.parent_path(), "live.last_pose");
+  if (writable.verdict != CheckVerdict::kOk) {
+    return writable;
+  }
+  try {
+    return ok(file.string() + (read_last_pose(file)
+                                   ? ": will be started from"
+                                   : ": none kept yet, an initial pose is needed"));
+  } catch (const std::runtime_error& e) {  // a power cut while it was written
+    return warning(std::string(e.what()) + ": not started from, an initial pose is needed");
+  }
+}
+
 Check check_real_time(const config::LiveConfig& live) {
   const realtime::Thread thread(
       {.name = "check",
@@ -199,19 +237,10 @@ std::vector<Check> preflight(const config::VehicleConfig& vehicle,
     list.run("map and models", [&] { return check_map(vehicle, *map); });
   }
   if (!live.journal.empty()) {
-    list.run("journal", [&] { return check_writable(live.journal, "live.journal.folder"); });
+    list.run("journal", [&] { return check_journal(live); });
   }
   if (!live.last_pose.empty()) {
-    list.run("last pose", [&] {
-      if (!std::filesystem::is_directory(std::filesystem::absolute(live.last_pose).parent_path())) {
-        return error(live.last_pose.string() + ": its folder is not there: make it");
-      }
-      const auto pose = read_last_pose(live.last_pose);
-      const Check writable = check_writable(live.last_pose.parent_path(), "live.last_pose");
-      return writable.verdict != CheckVerdict::kOk ? writable
-             : pose ? ok(live.last_pose.string() + ": will be started from")
-                    : ok(live.last_pose.string() + ": none kept yet, an initial pose is needed");
-    });
+    list.run("last pose", [&] { return check_last_pose(live.last_pose); });
   }
   list.run("real time", [&] { return check_real_time(live); });
   return list.take();

@@ -8,51 +8,14 @@
 #include "map/section_table.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <fcntl.h>
 #include <sys/mman.h>
-#include <sys/stat.h>
-#include <system_error>
 #include <unistd.h>
 #include <utility>
 
 namespace topoloc::map {
 namespace {
-
-std::span<const std::byte> map_read_only(const std::filesystem::path& path) {
-  const auto fail = [&path](const char* what, int error) {
-    throw MapError(path.string() + ": " + what + ": " + std::generic_category().message(error));
-  };
-  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (fd < 0) {
-    fail("cannot open", errno);
-  }
-  struct stat status {};
-  if (fstat(fd, &status) != 0 || !S_ISREG(status.st_mode)) {
-    close(fd);
-    throw MapError(path.string() + ": not a regular file");
-  }
-  if (status.st_size == 0) {
-    close(fd);
-    throw MapError(path.string() + ": empty file, not a topoloc map");
-  }
-  const auto size = static_cast<std::size_t>(status.st_size);
-  void* const address = mmap(nullptr, size, PROT_READ, MAP_SHARED, fd, 0);
-  const int error = errno;
-  close(fd);
-  if (address == MAP_FAILED) {
-    fail("cannot map into memory", error);
-  }
-  return {static_cast<const std::byte*>(address), size};
-}
-
-void unmap(std::span<const std::byte> file) {
-  if (!file.empty()) {
-    munmap(const_cast<std::byte*>(file.data()), file.size());
-  }
-}
 
 Eigen::Vector3d vector_of(const std::array<double, 3>& a) { return {a[0], a[1], a[2]}; }
 
@@ -202,18 +165,13 @@ void check_image_entries(const std::string& file, std::string_view entries_name,
 
 MapFile::MapFile(const std::filesystem::path& path,
                  const std::optional<ModelIdentity>& expected_model)
-    : path_(path), file_(map_read_only(path)) {
-  try {
-    open(expected_model);
-  } catch (...) {
-    unmap(file_);
-    throw;
-  }
+    : path_(path), file_(path) {
+  open(expected_model);
 }
 
 void MapFile::open(const std::optional<ModelIdentity>& expected_model) {
   const std::string file = path_.string();
-  sections_ = read_section_table(file, file_);
+  sections_ = read_section_table(file, file_.bytes());
   const auto section = [&](std::string_view name) -> const SectionInfo& {
     const SectionInfo* const found = find_section(sections_, name);
     if (found == nullptr) {
@@ -223,17 +181,17 @@ void MapFile::open(const std::optional<ModelIdentity>& expected_model) {
   };
 
   const SectionInfo& info = section(format::kInfo);
-  check_checksum(file, file_, info);
-  info_ = decode_info(file, content(file_, info));
+  check_checksum(file, file_.bytes(), info);
+  info_ = decode_info(file, content(file_.bytes(), info));
   if (expected_model && *expected_model != info_.model) {
     throw MapError(file + ": map made with another model: " + to_string(info_.model) +
                    ", expected " + to_string(*expected_model));
   }
 
-  features_ = content(file_, section(format::kFeatures));
+  features_ = content(file_.bytes(), section(format::kFeatures));
   const SectionInfo& nodes = section(format::kNodes);
-  check_checksum(file, file_, nodes);
-  nodes_ = records<format::NodeRecord>(file, nodes, content(file_, nodes));
+  check_checksum(file, file_.bytes(), nodes);
+  nodes_ = records<format::NodeRecord>(file, nodes, content(file_.bytes(), nodes));
   check_nodes(file, nodes_, features_.size(), info_.model.descriptor_dim);
 
   /// Sections of images and of the entries that name them: both or none.
@@ -244,10 +202,10 @@ void MapFile::open(const std::optional<ModelIdentity>& expected_model) {
             find_section(sections_, images_name) == nullptr) {
           return false;
         }
-        images = content(file_, section(images_name));
+        images = content(file_.bytes(), section(images_name));
         const SectionInfo& directory = section(entries_name);
-        check_checksum(file, file_, directory);
-        entries = records<Entry>(file, directory, content(file_, directory));
+        check_checksum(file, file_.bytes(), directory);
+        entries = records<Entry>(file, directory, content(file_.bytes(), directory));
         check_image_entries(file, entries_name, entries, nodes_.size(), images_name, images.size());
         return true;
       };
@@ -261,29 +219,9 @@ std::string_view MapFile::report() const {
   if (section == nullptr) {
     return {};
   }
-  check_checksum(path_.string(), file_, *section);
-  const std::span<const std::byte> text = content(file_, *section);
+  check_checksum(path_.string(), file_.bytes(), *section);
+  const std::span<const std::byte> text = content(file_.bytes(), *section);
   return {reinterpret_cast<const char*>(text.data()), text.size()};
-}
-
-MapFile::~MapFile() { unmap(file_); }
-
-MapFile::MapFile(MapFile&& other) noexcept { *this = std::move(other); }
-
-MapFile& MapFile::operator=(MapFile&& other) noexcept {
-  std::swap(path_, other.path_);
-  std::swap(file_, other.file_);
-  std::swap(sections_, other.sections_);
-  std::swap(info_, other.info_);
-  std::swap(nodes_, other.nodes_);
-  std::swap(features_, other.features_);
-  std::swap(has_images_, other.has_images_);
-  std::swap(image_entries_, other.image_entries_);
-  std::swap(images_, other.images_);
-  std::swap(has_intensity_images_, other.has_intensity_images_);
-  std::swap(lidar_entries_, other.lidar_entries_);
-  std::swap(lidar_images_, other.lidar_images_);
-  return *this;
 }
 
 std::span<const std::byte> MapFile::block(std::size_t i) const {
@@ -331,7 +269,7 @@ RigidTransform MapFile::T_world_cam(std::size_t i) const {
 }
 
 bool MapFile::node_intact(std::size_t i) const {
-  return checksum_of(block(i)) == nodes_[i].block_checksum;
+  return file_.unchanged() && checksum_of(block(i)) == nodes_[i].block_checksum;
 }
 
 void MapFile::prefetch(std::size_t i) const {

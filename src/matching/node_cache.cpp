@@ -21,6 +21,12 @@ const NodeFeatures& NodeCache::node(std::uint32_t id) {
 }
 
 void NodeCache::unpack(std::uint32_t id, NodeFeatures& out) const {
+  out.intact = map_->node_intact(id);
+  if (!out.intact) {
+    out.node.node_id = id;
+    out.features.count = 0;
+    return;
+  }
   const map::NodeView view = map_->node(id);
   const map::MapInfo& info = map_->info();
   out.node = {.node_id = id,
@@ -31,11 +37,6 @@ void NodeCache::unpack(std::uint32_t id, NodeFeatures& out) const {
   if (out.features.capacity() < static_cast<int>(count) ||
       out.features.descriptor_dim != info.model.descriptor_dim) {
     out.features = FeatureSet(static_cast<int>(count), info.model.descriptor_dim);
-  }
-  out.intact = map_->node_intact(id);
-  if (!out.intact) {
-    out.features.count = 0;
-    return;
   }
   out.features.count = static_cast<int>(count);
   out.features.width_px = info.camera.width_px;

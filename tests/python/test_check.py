@@ -133,3 +133,19 @@ def test_what_cannot_be_written_is_told(vehicle: Path) -> None:
     journal = checks(vehicle)["journal"]
     assert journal["verdict"] == "error"
     assert "live.journal.folder" in journal["text"]
+
+
+def test_too_little_room_for_the_journal_is_a_warning(vehicle: Path, tmp_path: Path) -> None:
+    journal = f"  journal: {{folder: {tmp_path / 'flight'}, max_mb: 1048576}}\n"
+    vehicle.write_text(VEHICLE + journal)
+    check = checks(vehicle)["journal"]
+    assert check["verdict"] == "warning"
+    assert "live.journal.max_mb" in check["text"]
+
+
+def test_a_damaged_last_pose_is_a_warning(vehicle: Path, tmp_path: Path) -> None:
+    (tmp_path / "last.tum").write_text("1.0 2.0\n")
+    vehicle.write_text(VEHICLE + f"  last_pose: {tmp_path / 'last.tum'}\n")
+    check = checks(vehicle)["last pose"]
+    assert check["verdict"] == "warning"
+    assert "last.tum:1" in check["text"]

@@ -3,10 +3,13 @@
 #pragma once
 
 #include "topoloc/geometry/rigid_transform.hpp"
+#include "topoloc/realtime/mailbox.hpp"
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <utility>
 
 namespace topoloc::live {
 
@@ -22,5 +25,26 @@ bool write_last_pose(const std::filesystem::path& file, const LastPose& pose);
 /// Nothing if the file is not there. Throws std::runtime_error, naming file and line, if it is
 /// damaged.
 std::optional<LastPose> read_last_pose(const std::filesystem::path& file);
+
+/// Writes poses in a thread of its own, so that a disk that hangs holds up nothing else.
+class LastPoseKeeper {
+ public:
+  explicit LastPoseKeeper(std::filesystem::path file) : file_(std::move(file)) {}
+
+  /// The pose to be kept from now on, or none: the file is removed. Does not wait for the disk; for
+  /// any thread.
+  void keep(std::optional<LastPose> pose) { newest_.put(pose); }
+
+  /// Until `stop` is set and the newest pose is written.
+  void run(const std::atomic<bool>& stop);
+
+  /// Times that the pose could not be written.
+  [[nodiscard]] std::uint64_t failed() const { return failed_.load(std::memory_order_relaxed); }
+
+ private:
+  std::filesystem::path file_;
+  realtime::Mailbox<std::optional<LastPose>> newest_;
+  std::atomic<std::uint64_t> failed_{0};
+};
 
 }  // namespace topoloc::live

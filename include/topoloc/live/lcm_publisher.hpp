@@ -4,6 +4,7 @@
 
 #include "topoloc/config/live_config.hpp"
 #include "topoloc/live/host_clock.hpp"
+#include "topoloc/live/last_pose.hpp"
 #include "topoloc/live/status_message.hpp"
 #include "topoloc/live/tick.hpp"
 #include "topoloc/realtime/spsc_ring.hpp"
@@ -11,7 +12,6 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <string>
 #include <topoloc/geo_pose_t.hpp>
@@ -29,7 +29,7 @@ class LcmPublisher {
     config::LcmChannels channels;
     std::string crs;  ///< of the map; empty: no geo_pose_t
     Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();
-    std::filesystem::path last_pose;  ///< kept there while tracking and standing; empty: not kept
+    LastPoseKeeper* last_pose = nullptr;  ///< gets it while tracking and standing; may be null
   };
   /// Fills in what the other threads have said of themselves.
   using Collect = std::function<void(ProcessStatus&)>;

@@ -38,9 +38,9 @@ class LiveProcess {
   [[nodiscard]] const std::vector<std::string>& warnings() const;
 
   void start();
-  /// Last estimates and a last status go out, the journal is closed. Returns within some 100 ms,
-  /// but for a matcher in the middle of a frame: false if it is, and then only a quick exit of the
-  /// whole program is clean.
+  /// Last estimates and a last status go out, the journal is closed. Returns within some 150 ms;
+  /// false if by then a matcher is in the middle of a frame or a disk hangs: then only a quick exit
+  /// of the whole program is clean.
   bool stop();
 
   /// An LCM command asked for the end.

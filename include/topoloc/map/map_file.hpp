@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #pragma once
 
+#include "topoloc/map/mapped_file.hpp"
 #include "topoloc/map/types.hpp"
 
 #include <cstddef>
@@ -59,9 +60,6 @@ class MapFile {
   /// if `expected_model` is given, on a map whose descriptors another model made.
   explicit MapFile(const std::filesystem::path& path,
                    const std::optional<ModelIdentity>& expected_model = std::nullopt);
-  ~MapFile();
-  MapFile(MapFile&& other) noexcept;
-  MapFile& operator=(MapFile&& other) noexcept;
 
   [[nodiscard]] const MapInfo& info() const { return info_; }
   [[nodiscard]] std::size_t node_count() const { return nodes_.size(); }
@@ -80,24 +78,25 @@ class MapFile {
   [[nodiscard]] RigidTransform T_world_cam(std::size_t i) const;
 
   /// Whether the features and descriptors of node i match their checksum (reads them: about 5 us
-  /// in memory). Call before the first use of a node where damage must not reach the estimator.
+  /// in memory), and the file is still as it was opened. Call before the first use of a node where
+  /// damage must not reach the estimator.
   [[nodiscard]] bool node_intact(std::size_t i) const;
 
   /// Asks the kernel to read the features of node i ahead; returns at once.
   void prefetch(std::size_t i) const;
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  [[nodiscard]] std::uint64_t file_size() const { return file_.size(); }
+  [[nodiscard]] std::uint64_t file_size() const { return bytes().size(); }
   [[nodiscard]] const std::vector<SectionInfo>& sections() const { return sections_; }
   /// The whole file, for verify() and strip().
-  [[nodiscard]] std::span<const std::byte> bytes() const { return file_; }
+  [[nodiscard]] std::span<const std::byte> bytes() const { return file_.bytes(); }
 
  private:
   void open(const std::optional<ModelIdentity>& expected_model);
   [[nodiscard]] std::span<const std::byte> block(std::size_t i) const;
 
   std::filesystem::path path_;
-  std::span<const std::byte> file_;  ///< the mapping; owned
+  MappedFile file_;
   std::vector<SectionInfo> sections_;
   MapInfo info_;
   std::span<const format::NodeRecord> nodes_;

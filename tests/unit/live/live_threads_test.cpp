@@ -56,7 +56,7 @@ class LiveThreads : public ::testing::Test {
   }
 
   LcmPublisher::Config publisher_config() {
-    return {.channels = channels_, .crs = "", .last_pose = car_.temporary / "last.tum"};
+    return {.channels = channels_, .crs = "", .last_pose = &last_pose_};
   }
 
   void run(std::chrono::milliseconds duration) {
@@ -122,6 +122,7 @@ class LiveThreads : public ::testing::Test {
       mailbox_,
       ports_,
       &recorded_};
+  LastPoseKeeper last_pose_{car_.temporary / "last.tum"};
   std::atomic<bool> stop_{false};
   std::atomic<bool> asked_to_stop_{false};
   LcmReceiver receiver_{{.camera = car_.vehicle.camera, .channels = channels_},

@@ -196,6 +196,21 @@ TEST_F(MapDamage, DamagedNodesAreNotIntact) {
   EXPECT_TRUE(map.node_intact(1));
 }
 
+TEST_F(MapDamage, NoNodeIsIntactOnceTheFileIsCutShortWhileInUse) {
+  const MapFile map(path());
+  ASSERT_TRUE(map.node_intact(0));
+  std::filesystem::resize_file(path(), 0);
+  EXPECT_FALSE(map.node_intact(0));  // and no SIGBUS
+}
+
+TEST_F(MapDamage, AFileThatIsReplacedStaysAsItWasOpened) {
+  MapBytes bytes(path());
+  const MapFile map(path());
+  bytes.set<char>(bytes.offset("FEAT") + 1, '\x7f').write(path("other.tmap"));
+  std::filesystem::rename(path("other.tmap"), path());
+  EXPECT_TRUE(map.node_intact(0));
+}
+
 TEST_F(MapDamage, VerifyFindsDamagedDepthImagesBehindRightChecksums) {
   MapBytes bytes(path());
   const auto camera_length = bytes.get<std::uint32_t>(bytes.offset("IDIR") + 8);

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/live/last_pose.hpp"
+
+#include "support/temporary_folder.hpp"
+
+#include <chrono>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+namespace topoloc::live {
+namespace {
+
+using namespace std::chrono_literals;
+
+LastPose at(double x_m) { return {1'000'000'000, {Eigen::Matrix3d::Identity(), {x_m, 0.0, 0.0}}}; }
+
+class LastPoseKeeperTest : public ::testing::Test {
+ protected:
+  void run_to_the_end(LastPoseKeeper& keeper) { keeper.run(stopped_); }
+
+  testing::TemporaryFolder folder_;
+  std::filesystem::path file_ = folder_ / "last.tum";
+  std::atomic<bool> stopped_{true};
+};
+
+TEST_F(LastPoseKeeperTest, WritesTheNewestPoseBeforeItEnds) {
+  LastPoseKeeper keeper(file_);
+  keeper.keep(at(1.0));
+  keeper.keep(at(2.0));
+  run_to_the_end(keeper);
+  const auto kept = read_last_pose(file_);
+  ASSERT_TRUE(kept);
+  EXPECT_DOUBLE_EQ(kept->T_world_imu.p.x(), 2.0);
+  EXPECT_EQ(keeper.failed(), 0U);
+}
+
+TEST_F(LastPoseKeeperTest, RemovesWhatIsNoLongerTrue) {
+  ASSERT_TRUE(write_last_pose(file_, at(1.0)));
+  LastPoseKeeper keeper(file_);
+  keeper.keep(std::nullopt);
+  run_to_the_end(keeper);
+  EXPECT_FALSE(std::filesystem::exists(file_));
+}
+
+TEST_F(LastPoseKeeperTest, CountsWhatCouldNotBeWrittenAndGoesOn) {
+  LastPoseKeeper keeper(folder_ / "not_there" / "last.tum");
+  keeper.keep(at(1.0));
+  run_to_the_end(keeper);
+  EXPECT_EQ(keeper.failed(), 1U);
+}
+
+TEST_F(LastPoseKeeperTest, WritesWhileItRuns) {
+  LastPoseKeeper keeper(file_);
+  stopped_ = false;
+  std::jthread thread([&] { keeper.run(stopped_); });
+  keeper.keep(at(3.0));
+  for (int i = 0; i < 500 && !std::filesystem::exists(file_); ++i) {
+    std::this_thread::sleep_for(10ms);
+  }
+  EXPECT_TRUE(std::filesystem::exists(file_));
+  stopped_ = true;
+}
+
+}  // namespace
+}  // namespace topoloc::live
