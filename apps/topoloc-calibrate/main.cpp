@@ -4,11 +4,11 @@
 #include "topoloc/config/vehicle_config.hpp"
 #include "topoloc/evaluation/mounting.hpp"
 
+#include "common/run_app.hpp"
 #include "common/text_file.hpp"
 #include "drive_motion.hpp"
 #include "mounting_report.hpp"
 
-#include <exception>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -192,23 +192,15 @@ int main(int argc, char** argv) {
       "  topoloc-calibrate vehicle --drive drives/monday --until-seconds 10 \\\n"
       "      --out drives/monday/calibrated.yaml\n\n"
       "Exit code: 0 done, 1 failed or refused, 2 wrong usage.");
-  try {
-    app.parse(argc, argv);
+  return topoloc::apps::run_app(app, "topoloc-calibrate", argc, argv, [&] {
     if (!options.out.empty() && options.drive.empty() && options.vehicle.empty()) {
       throw CLI::RequiresError("--out", "--vehicle or --drive");
     }
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  try {
     if (!options.drive.empty()) {
       calibrate_with_drive(options);
     } else {
       calibrate_with_oxts(options);
     }
-    return 0;
-  } catch (const std::exception& error) {
-    std::cerr << "topoloc-calibrate: " << error.what() << '\n';
-    return 1;
-  }
+    return topoloc::apps::kDone;
+  });
 }

@@ -3,12 +3,13 @@
 #include "topoloc/camera/image_bridge.hpp"
 #include "topoloc/transport/lcm_log.hpp"
 
+#include "common/run_app.hpp"
+#include "common/stop_request.hpp"
 #include "common/text_file.hpp"
 #include "options.hpp"
 #include "summary.hpp"
 
 #include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <map>
@@ -43,8 +44,7 @@ const std::map<std::string, camera::ImageForm> kForms = {
     {"mjpeg", camera::ImageForm::kMjpeg},
 };
 
-std::atomic<bool> stop_requested = false;
-static_assert(std::atomic<bool>::is_always_lock_free, "set by a signal handler");
+using topoloc::apps::stop_requested;
 
 void add_options(CLI::App& app, CameraOptions& options) {
   auto* device = app.add_option("--device", options.device, "V4L2 camera, such as /dev/video0");
@@ -175,21 +175,10 @@ int main(int argc, char** argv) {
   app.footer(kExamples);
   app.set_version_flag("--version", TOPOLOC_VERSION);
   CameraOptions options;
-  try {
-    add_options(app, options);
-    app.parse(argc, argv);
+  add_options(app, options);
+  return topoloc::apps::run_app(app, "topoloc-camera", argc, argv, [&] {
     check_usage(options);
-    for (const int number : {SIGINT, SIGTERM}) {
-      std::signal(number, [](int) { stop_requested = true; });
-    }
+    topoloc::apps::stop_on_signals();
     return run(options);
-  } catch (const CLI::Success& e) {
-    return app.exit(e);
-  } catch (const CLI::Error& e) {
-    app.exit(e);
-    return 2;
-  } catch (const std::exception& e) {
-    fmt::print(stderr, "topoloc-camera: {}\n", e.what());
-    return 1;
-  }
+  });
 }

@@ -3,8 +3,9 @@
 #include "topoloc/can/candump.hpp"
 #include "topoloc/can/dbc.hpp"
 
+#include "common/run_app.hpp"
+
 #include <cstdint>
-#include <exception>
 #include <iostream>
 #include <set>
 #include <string>
@@ -137,15 +138,6 @@ int main(int argc, char** argv) {
   app.add_flag("--json", options.json, "one JSON object per frame");
   app.add_option("log", options.log, "log written by candump -L")->required();
   app.set_version_flag("--version", TOPOLOC_VERSION);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  try {
-    return run(options);
-  } catch (const std::exception& error) {
-    std::cerr << "topoloc-can-decode: " << error.what() << '\n';
-    return 1;
-  }
+  return topoloc::apps::run_app(app, "topoloc-can-decode", argc, argv,
+                                [&] { return run(options); });
 }

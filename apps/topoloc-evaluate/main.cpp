@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/evaluation/report.hpp"
 
+#include "common/run_app.hpp"
 #include "common/text_file.hpp"
 
 #include <cmath>
@@ -150,8 +151,7 @@ int main(int argc, char** argv) {
       "  topoloc-evaluate --reference gt.tum --estimate a.tum --label 'nodes 5 m' \\\n"
       "      --estimate b.tum --label 'nodes 20 m' --plots plots\n\n"
       "Exit code: 0 done, 1 failed, 2 wrong usage.");
-  try {
-    app.parse(argc, argv);
+  return topoloc::apps::run_app(app, "topoloc-evaluate", argc, argv, [&] {
     const auto check_count = [&options](const std::vector<std::string>& list, const char* name) {
       if (!list.empty() && list.size() != options.estimates.size()) {
         throw CLI::ValidationError(name, "give one per --estimate, or none");
@@ -159,14 +159,7 @@ int main(int argc, char** argv) {
     };
     check_count(options.labels, "--label");
     check_count(options.states, "--states");
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  try {
     run(options);
-    return 0;
-  } catch (const std::exception& error) {
-    std::cerr << "topoloc-evaluate: " << error.what() << '\n';
-    return 1;
-  }
+    return topoloc::apps::kDone;
+  });
 }

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "commands.hpp"
-
-#include <exception>
+#include "common/run_app.hpp"
 
 #include <CLI/CLI.hpp>
-#include <fmt/core.h>
 
 namespace {
 
@@ -117,17 +115,8 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", TOPOLOC_VERSION);
   Options options;
   add_options(app, options);
-  try {
-    app.parse(argc, argv);
+  return topoloc::apps::run_app(app, "topoloc-localise", argc, argv, [&] {
     check_usage(options);
     return run(options);
-  } catch (const CLI::Success& e) {
-    return app.exit(e);
-  } catch (const CLI::Error& e) {
-    app.exit(e);
-    return 2;
-  } catch (const std::exception& e) {
-    fmt::print(stderr, "topoloc-localise: {}\n", e.what());
-    return 1;
-  }
+  });
 }

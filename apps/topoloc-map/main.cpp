@@ -1,16 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "commands.hpp"
-
-#include <exception>
-#include <iostream>
-
-namespace {
-
-constexpr int kFailed = 1;
-constexpr int kUsage = 2;
-
-}  // namespace
+#include "common/run_app.hpp"
 
 int main(int argc, char** argv) {
   CLI::App app("Makes and looks after map files (.tmap).", "topoloc-map");
@@ -28,15 +19,6 @@ int main(int argc, char** argv) {
   add_inspect_command(app);
   add_verify_command(app);
   add_strip_command(app);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::RuntimeError& error) {
-    return error.get_exit_code();
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : kUsage;
-  } catch (const std::exception& error) {
-    std::cerr << "topoloc-map: " << error.what() << '\n';
-    return kFailed;
-  }
-  return 0;
+  return topoloc::apps::run_app(app, "topoloc-map", argc, argv,
+                                [] { return topoloc::apps::kDone; });
 }

@@ -6,13 +6,14 @@
 #include "topoloc/replay/player.hpp"
 #include "topoloc/transport/lcm_connection.hpp"
 
+#include "common/run_app.hpp"
+#include "common/stop_request.hpp"
 #include "common/text_file.hpp"
 #include "summary.hpp"
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -62,8 +63,7 @@ struct Options {
   std::string json;
 };
 
-std::atomic<bool> stop_requested = false;
-static_assert(std::atomic<bool>::is_always_lock_free, "set by a signal handler");
+using topoloc::apps::stop_requested;
 
 /// The interfaces of the log and where their frames go.
 class CanOutput {
@@ -262,23 +262,12 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0, 99))
       ->capture_default_str();
   app.add_option("--json", options.json, "Write the summary as JSON to this file, - for stdout");
-  try {
-    app.parse(argc, argv);
+  return topoloc::apps::run_app(app, "topoloc-replay", argc, argv, [&] {
     if (can_option->count() == 0 && lcm_option->count() == 0) {
       throw CLI::RequiredError("--can or --lcm");
     }
-    for (const int number : {SIGINT, SIGTERM}) {
-      std::signal(number, [](int) { stop_requested = true; });
-    }
+    topoloc::apps::stop_on_signals();
     run(options);
-    return 0;
-  } catch (const CLI::Success& e) {
-    return app.exit(e);
-  } catch (const CLI::Error& e) {
-    app.exit(e);
-    return 2;
-  } catch (const std::exception& e) {
-    fmt::print(stderr, "topoloc-replay: {}\n", e.what());
-    return 1;
-  }
+    return topoloc::apps::kDone;
+  });
 }

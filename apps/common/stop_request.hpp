@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#pragma once
+
+#include <atomic>
+#include <csignal>
+
+namespace topoloc::apps {
+
+/// Set by SIGINT and SIGTERM once stop_on_signals() was called.
+inline std::atomic<bool> stop_requested{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "set by a signal handler");
+
+inline void stop_on_signals() {
+  for (const int number : {SIGINT, SIGTERM}) {
+    std::signal(number, [](int) { stop_requested = true; });
+  }
+}
+
+}  // namespace topoloc::apps
