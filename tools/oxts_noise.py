@@ -7,8 +7,9 @@ speed and attitude are from ways by position.
 
 For each drive and axis, the rate is shifted in time until its mean over each interval fits the
 attitude's change best; accelerations likewise against the velocity's change. Then, for stretches of
-20 m: the direction of the way in the vehicle's axes and its length against the integrated speed.
-The errors of position that this shows are those of any cloud that was put together with such poses.
+the way: its direction in the vehicle's axes and its length against the integrated speed. The errors
+of position that this shows are those of any cloud that was put together with such poses. Last, the
+Gauss-Markov drift along the way that explains them at all lengths: estimator.map_wander.
 """
 
 from __future__ import annotations
@@ -20,13 +21,15 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import CubicSpline
+from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from topoloc_import.trajectory import mercator_trajectory
 
 Array = npt.NDArray[np.float64]
 GRAVITY_MPS2 = 9.81
-STRETCH_M = 20.0
+STRETCHES_M = (2.5, 5.0, 10.0, 20.0, 40.0, 80.0)
+SHOWN_STRETCH_M = 20.0
 SHIFTS_S = np.arange(-0.05, 0.1501, 0.005)
 
 
@@ -73,7 +76,7 @@ def best_shift(
     return float(SHIFTS_S[best]), residuals[best] * float(np.sqrt(np.median(dt_s))), biases[best]
 
 
-def way_spread(rows: dict[str, Array]) -> tuple[float, float, float]:
+def way_spread(rows: dict[str, Array], stretch_m: float) -> tuple[float, float, float]:
     """Robust standard deviation over stretches, around the drive's own median, of the way by
     position against the way by speed and attitude: sideways, up and along, as shares of the way."""
     place = np.column_stack([rows["lat_deg"], rows["lon_deg"], rows["alt_m"]])
@@ -84,16 +87,30 @@ def way_spread(rows: dict[str, Array]) -> tuple[float, float, float]:
     steps = (attitude[:-1] * half).inv().apply(np.diff(driven.position_m, axis=0))
     speed = 0.5 * (rows["vf_mps"][1:] + rows["vf_mps"][:-1])
     lengths = speed * np.diff(rows["timestamp_ns"]) * 1e-9
-    number = (np.cumsum(lengths) / STRETCH_M).astype(int)
+    number = (np.cumsum(lengths) / stretch_m).astype(int)
     shares = []
     for i in np.unique(number):
         way, length = steps[number == i].sum(axis=0), lengths[number == i].sum()
-        if way[0] > 0.8 * STRETCH_M:
+        if way[0] > 0.8 * stretch_m:
             shares.append([way[1] / way[0], way[2] / way[0], way[0] / length])
     if not shares:
         return float("nan"), float("nan"), float("nan")
     spread = np.median(np.abs(shares - np.median(shares, axis=0)), axis=0) * 1.4826
     return float(spread[0]), float(spread[1]), float(spread[2])
+
+
+def wander(spreads: Array) -> tuple[float, float]:
+    """Share and length [m] of the Gauss-Markov drift whose means over STRETCHES_M spread so."""
+
+    def spread_of_mean(log_model: Array) -> Array:
+        share, length_m = np.exp(log_model)
+        x = np.array(STRETCHES_M) / length_m
+        spread: Array = share * np.sqrt(2 * (x - 1 + np.exp(-x))) / x
+        return spread
+
+    fit = least_squares(lambda m: np.log(spread_of_mean(m) / spreads), np.log([0.01, 10.0]))
+    share, length_m = np.exp(fit.x)
+    return float(share), float(length_m)
 
 
 def main() -> None:
@@ -113,7 +130,8 @@ def main() -> None:
     axes = ("wx", "wy", "wz", "ax", "ay", "az")
     columns = [f"{a}_radps" if a[0] == "w" else f"{a}_mps2" for a in axes]
     table = []
-    spreads = []
+    spreads: list[list[tuple[float, float, float]]] = []
+    names = []
     print("Lag, noise density [unit/sqrt(Hz)], bias [unit]")
     print("drive                  " + "".join(f"{a:>25}" for a in axes))
     for path in args.drives:
@@ -131,14 +149,21 @@ def main() -> None:
             f"{path.name.split('.')[0]:<23}"
             + "".join(f"{1e3 * s:6.0f} ms {d:7.4f} {b:8.4f}" for s, d, b in figures)
         )
-        spreads.append((path.name.split(".")[0], *way_spread(rows)))
+        spreads.append([way_spread(rows, stretch_m) for stretch_m in STRETCHES_M])
+        names.append(path.name.split(".")[0])
     median = np.median(np.array(table), axis=0)
     print(f"{'median':<23}" + "".join(f"{1e3 * s:6.0f} ms {d:7.4f} {b:8.4f}" for s, d, b in median))
-    print(f"\nSpread of ways of {STRETCH_M:.0f} m [%]: sideways, up, along")
-    for name, *spread in spreads:
+    by_stretch = np.array(spreads)  # drive, stretch, axis
+    shown = STRETCHES_M.index(SHOWN_STRETCH_M)
+    print(f"\nSpread of ways of {SHOWN_STRETCH_M:.0f} m [%]: sideways, up, along")
+    for name, spread in zip(names, by_stretch[:, shown], strict=True):
         print(f"{name:<23}" + "".join(f"{100 * s:8.2f}" for s in spread))
-    middle = np.nanmedian([spread for _, *spread in spreads], axis=0)
-    print(f"{'median':<23}" + "".join(f"{100 * s:8.2f}" for s in middle))
+    print("\nMedian over the drives, by length of the stretch [m]")
+    middle = np.nanmedian(by_stretch, axis=0)
+    for stretch_m, spread in zip(STRETCHES_M, middle, strict=True):
+        print(f"{stretch_m:<23}" + "".join(f"{100 * s:8.2f}" for s in spread))
+    share, length_m = wander(np.sqrt(np.mean(middle**2, axis=1)))
+    print(f"Drift that explains them: {100 * share:.2f} % of the way, lasting {length_m:.0f} m")
 
 
 if __name__ == "__main__":

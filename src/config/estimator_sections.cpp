@@ -32,6 +32,13 @@ void read_imu_gap(StrictNode& estimator, estimation::ImuGapModel& model) {
   gap.finish();
 }
 
+void read_map_wander(StrictNode& estimator, estimation::MapWander& model) {
+  StrictNode wander = estimator.section("map_wander");
+  wander.read("share", model.share, {0.0, 1.0});
+  wander.read("length_m", model.length_m, positive_up_to(1e4));
+  wander.finish();
+}
+
 void read_health(StrictNode& estimator, estimation::HealthConfig& config) {
   StrictNode health = estimator.section("health");
   health.read("fix_timeout_s", config.fix_timeout_s, positive_up_to(3600.0));
@@ -102,6 +109,7 @@ void read_estimator(StrictNode& top, estimation::EstimatorConfig& config) {
   read_history(estimator, config.history);
   read_initial(estimator, config.initial);
   read_imu_gap(estimator, config.models.imu_gap);
+  read_map_wander(estimator, config.models.map_wander);
   read_health(estimator, config.health);
   read_map_update(estimator, config.models.map_update);
   estimator.finish();

@@ -365,7 +365,8 @@ void FusionHistory::propagate_between(const Event& from, const Event& to, Nomina
   const InertialInput u{.specific_force_mps2 = 0.5 * (from.specific_force + to.specific_force),
                         .angular_rate_radps = 0.5 * (from.angular_rate + to.angular_rate)};
   const double dt_s = seconds(to.time_ns - from.time_ns);
-  propagate_covariance(x, u, models_.imu, dt_s, P);
+  const ImuNoise noise = with_wander(models_.imu, models_.map_wander, x.v_world_imu.norm());
+  propagate_covariance(x, u, noise, dt_s, P);
   if (dt_s > models_.imu_gap.longer_than_s) {
     add_gap_uncertainty(models_.imu_gap, dt_s, P);
   }

@@ -4,6 +4,8 @@
 
 #include "topoloc/geometry/so3.hpp"
 
+#include <cmath>
+
 namespace topoloc::estimation {
 
 using namespace error_index;
@@ -81,6 +83,13 @@ void add_process_noise(const ImuNoise& noise, double dt_s, Covariance& P) {
 }
 
 }  // namespace
+
+ImuNoise with_wander(const ImuNoise& noise, const MapWander& wander, double speed_mps) {
+  ImuNoise sum = noise;
+  const double density = wander.share * speed_mps * std::sqrt(2.0 * speed_mps / wander.length_m);
+  sum.accel_noise_density = std::hypot(noise.accel_noise_density, density);
+  return sum;
+}
 
 NominalState propagate_state(const NominalState& x, const InertialInput& u, double dt_s) {
   NominalState y = x;

@@ -27,6 +27,7 @@ struct ImuGapModel {
 struct FilterModels {
   ImuNoise imu;
   ImuGapModel imu_gap;
+  MapWander map_wander;
   double imu_rate_hz = 100.0;  ///< turns the gyroscope's density into the noise of one sample
   SpeedModel speed;
   StandstillModel standstill;

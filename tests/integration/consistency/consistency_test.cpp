@@ -48,6 +48,22 @@ struct Options {
   double match_gate_chi2 = 1e6;  ///< consistent Gaussian noise: a gate would cut its tails off
   double node_std_m = 0.0;       ///< error of every node's position, drawn once a run
   bool tell_node_covariance = true;
+  MapWander wander{.share = 0.0};  ///< of the map against the ground
+  bool tell_wander = true;
+};
+
+/// What the map is moved by against the ground: a share of the way that changes along it.
+struct WanderingMap {
+  Vector3d share = Vector3d::Zero();
+  Vector3d velocity_mps = Vector3d::Zero();
+  Vector3d offset_m = Vector3d::Zero();
+
+  void advance(const MapWander& model, double speed_mps, double dt_s, Random& random) {
+    const double kept = std::exp(-speed_mps * dt_s / model.length_m);
+    share = kept * share + model.share * std::sqrt(1.0 - kept * kept) * random.normal_vector<3>();
+    velocity_mps = speed_mps * share;
+    offset_m += dt_s * velocity_mps;
+  }
 };
 
 struct Part {
@@ -103,6 +119,11 @@ void simulate_run(const LandmarkWorld& world, const Options& options, std::uint6
   ImuSimulator imu(kNoise, kImuRate_hz, Vector3d::Zero(), Vector3d::Zero());
   std::map<int, Vector3d> node_errors;  // by node number, drawn when first seen
   std::map<int, int> node_uses;
+  WanderingMap map;
+  map.share = options.wander.share * random.normal_vector<3>();
+  const bool wanders = options.wander.share > 0.0;
+  // The speed's error is then the wander: as good as constant from one sample to the next.
+  const double independent_share = wanders ? 0.02 / speed.correlation_s : 1.0;
 
   MapMatchSet set;
   InertialInput last = imu.sample(truth()[0], actual.gravity_mps2, random);
@@ -112,12 +133,18 @@ void simulate_run(const LandmarkWorld& world, const Options& options, std::uint6
     const InertialInput u{
         .specific_force_mps2 = 0.5 * (last.specific_force_mps2 + next.specific_force_mps2),
         .angular_rate_radps = 0.5 * (last.angular_rate_radps + next.angular_rate_radps)};
-    propagate_covariance(x, u, kNoise, 1.0 / kImuRate_hz, P);
+    const ImuNoise noise =
+        options.tell_wander ? with_wander(kNoise, options.wander, x.v_world_imu.norm()) : kNoise;
+    propagate_covariance(x, u, noise, 1.0 / kImuRate_hz, P);
     x = propagate_state(x, u, 1.0 / kImuRate_hz);
     last = next;
+    if (wanders) {
+      map.advance(options.wander, now.v_world_imu.norm(), 1.0 / kImuRate_hz, random);
+    }
 
     if (i % 4 == 0) {  // wheel speed at 50 Hz, each row wrong by its own normal deviate
       const Vector3d scatter =
+          (wanders ? 0.0 : 1.0) *
           linearise_speed(x, speed, next.angular_rate_radps, 0.0, now.speed_mps)
               .R.diagonal()
               .cwiseSqrt()
@@ -129,7 +156,7 @@ void simulate_run(const LandmarkWorld& world, const Options& options, std::uint6
             m.z += scatter;
             return m;
           },
-          1e6, x, P);
+          1e6, x, P, independent_share);
     }
     if (i % 20 != 0) {
       continue;
@@ -139,6 +166,10 @@ void simulate_run(const LandmarkWorld& world, const Options& options, std::uint6
     set.nodes[0] = MatchedNode{};
     set.nodes[0].R_world_cam = now.T_world_imu.R;
     set.nodes[0].p_world_cam = now.T_world_imu.p;
+    for (int m = 0; m < set.match_count; ++m) {
+      set.matches[static_cast<std::size_t>(m)].p_world_m += map.offset_m;
+    }
+    set.nodes[0].p_world_cam += map.offset_m;
     if (options.node_std_m > 0.0) {
       const int node = static_cast<int>(std::floor(now.T_world_imu.p.x() / 5.0));
       if (!node_errors.contains(node)) {
@@ -156,8 +187,8 @@ void simulate_run(const LandmarkWorld& world, const Options& options, std::uint6
     update.apply(set, x, P);
 
     actual.R_world_imu = now.T_world_imu.R;
-    actual.p_world_imu = now.T_world_imu.p;
-    actual.v_world_imu = now.v_world_imu;
+    actual.p_world_imu = now.T_world_imu.p + map.offset_m;
+    actual.v_world_imu = now.v_world_imu + map.velocity_mps;
     actual.accel_bias_mps2 = imu.accel_bias_mps2;
     actual.gyro_bias_radps = imu.gyro_bias_radps;
     const ErrorVector error = boxminus(actual, x);
@@ -242,6 +273,19 @@ TEST(Consistency, NodeErrorsAreAccountedFor) {
   EXPECT_LT(told.mean, 1.3);
   const Summary untold = summarise(simulate({.node_std_m = 0.1, .tell_node_covariance = false}), 2);
   EXPECT_GT(untold.mean, 5.0) << "the errors must be large enough to matter";
+}
+
+// A vehicle in a map that moves against the ground: neither IMU nor wheels feel it.
+TEST(Consistency, AMapThatWandersIsAccountedFor) {
+  constexpr MapWander kWander{.share = 0.02, .length_m = 16.0};
+  const Anees told = simulate({.wander = kWander});
+  const Anees untold = simulate({.wander = kWander, .tell_wander = false});
+  for (const std::size_t part : {std::size_t{2}, std::size_t{3}}) {  // position, velocity
+    const Summary with = summarise(told, part);
+    EXPECT_GT(with.mean, 0.3) << kParts[part].name;
+    EXPECT_LT(with.mean, 1.5) << kParts[part].name;
+    EXPECT_GT(summarise(untold, part).mean, 2.0 * with.mean) << kParts[part].name;
+  }
 }
 
 }  // namespace

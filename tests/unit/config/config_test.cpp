@@ -117,6 +117,7 @@ speed: {use: false, std_lateral_mps: 0.25}
 estimator:
   map_update: {kernel: huber}
   history: {capacity: 99}
+  map_wander: {share: 0.01}
 matching: {matcher: mutual, model_dir: models}
 )");
   const VehicleConfig config = load();
@@ -127,6 +128,8 @@ matching: {matcher: mutual, model_dir: models}
   EXPECT_EQ(speed.std_lateral_mps, 0.25);
   EXPECT_EQ(config.estimator.models.map_update.kernel, estimation::RobustKernel::kHuber);
   EXPECT_EQ(config.estimator.history.capacity, 99);
+  EXPECT_EQ(config.estimator.models.map_wander.share, 0.01);
+  EXPECT_EQ(config.estimator.models.map_wander.length_m, estimation::MapWander{}.length_m);
   EXPECT_EQ(config.matching.matcher, "mutual");
   EXPECT_EQ(config.matching.model_dir, dir_ / "models");
   EXPECT_THAT(config.can.dbcs, ElementsAre(dir_ / "bus.dbc"));

@@ -384,6 +384,21 @@ TEST(FusionHistory, EachMatchSetIsReportedOnceUnlessItsOutcomeChanges) {
   }
 }
 
+TEST(FusionHistory, AMapThatWandersMakesTheVelocityLessCertain) {
+  const auto velocity_variance = [](double share) {
+    FilterModels m = models();
+    m.map_wander = {.share = share, .length_m = 16.0};
+    FusionHistory history(m, {});
+    history.reset(imu_at(kStart_ns), initial_state(), initial_covariance());
+    for (int i = 1; i <= 10; ++i) {
+      history.add_imu(imu_at(kStart_ns + i * 10 * kMs));
+    }
+    return history.newest_covariance()(error_index::kV, error_index::kV);
+  };
+  // At 8 m/s a drift of 0.16 m/s changes within 2 s: 0.16^2 (m/s)^2 more after 1 s, a tenth here.
+  EXPECT_NEAR(velocity_variance(0.02) - velocity_variance(0.0), 0.1 * 0.16 * 0.16, 1e-4);
+}
+
 TEST(FusionHistory, AClockThatStartsAtZeroLosesNoSpeed) {
   FusionHistory history(models(), {});
   const auto imu = [](std::int64_t time_ns) {

@@ -120,6 +120,24 @@ TEST(Propagation, ProcessNoiseEqualsTheIntegralOfTheDensities) {
   EXPECT_EQ((analytic.array() != 0.0).count(), 5 * 3 + 2 * 3);
 }
 
+// How far a Gauss-Markov drift moves in a short while, 2 sigma^2 (1 - exp(-v dt / L)), is what the
+// density adds to the velocity's variance.
+TEST(Propagation, WanderOfTheMapAddsAsMuchAsItsDriftChanges) {
+  constexpr MapWander kWander{.share = 0.01, .length_m = 20.0};
+  constexpr double kDt = 0.01;
+  for (const double speed : {0.5, 8.0, 40.0}) {
+    const double drift = kWander.share * speed;
+    const double change = 2.0 * drift * drift * -std::expm1(-speed * kDt / kWander.length_m);
+    const double added = process_noise(with_wander(kNoise, kWander, speed), kDt)(kV, kV) -
+                         process_noise(kNoise, kDt)(kV, kV);
+    EXPECT_NEAR(added / change, 1.0, 0.02) << speed;
+  }
+}
+
+TEST(Propagation, WanderOfTheMapDoesNotMoveAStandingVehicle) {
+  EXPECT_EQ(process_noise(with_wander(kNoise, MapWander{}, 0.0), 0.1), process_noise(kNoise, 0.1));
+}
+
 // The noise added over a second must not depend on how finely the second is cut.
 TEST(Propagation, NoiseIsIndependentOfTheStepLength) {
   const InertialInput u{.specific_force_mps2 = {0.0, 0.0, 9.81},
