@@ -217,6 +217,9 @@ void run(const Options& options) {
                               .can = can_played ? &*can_played : nullptr,
                               .camera = camera_played ? &*camera_played : nullptr});
   summary["start"] = {{"recorded_ns", part.begin_ns}, {"unix_ns", start_unix_ns}};
+  if (part.loop) {
+    summary["lap_ns"] = part.lap_ns();
+  }
   summary["malformed_lines"] = log.malformed;
   if (images) {
     summary["rejected_images"] = images->rejected();
