@@ -249,7 +249,7 @@ def check_ticks(
         and abs(ticks[-1] - ticks[0] + 1 - elapsed) <= 2  # states are of now, or of newer data
         and c["estimates.published"] + c["estimates.lost"] == c["ticks.done"],
         f"{c['estimates.published']} published, {c['estimates.lost']} lost, "
-        f"{c['ticks.missed']} missed of {begun}, {elapsed + after_the_last} by the clock",
+        f"{c['ticks.missed']} missed of {begun}, {ticks[0] + elapsed + after_the_last} by the clock",
     )
     share = c["ticks.missed"] / begun
     checks.add("missed ticks", share <= max_missed, f"{100 * share:.2f} %")

@@ -196,7 +196,7 @@ class MirroredDrive:
     def _stamps(self, time_s: Array) -> npt.NDArray[np.int64]:
         """Whole microseconds, as CAN logs have them."""
         time_us = np.rint(self._start_ns / 1000 + 1e6 * time_s)
-        return time_us.astype(np.int64) * 1000
+        return np.asarray(time_us, dtype=np.int64) * 1000
 
     def _rows(self, time_ns: npt.NDArray[np.int64], motion: Motion) -> Iterator[InertialRow]:
         into_imu = np.swapaxes(motion.rotation, 1, 2)
