@@ -141,8 +141,8 @@ std::optional<SignalReject> VehicleSignals::Table::read(const SignalPart& part, 
   const auto wheels_used = static_cast<std::ptrdiff_t>(wheel_count);
   const double sum = std::accumulate(values.begin(), values.begin() + wheels_used, 0.0);
   const double speed_mps = sum / static_cast<double>(wheel_count);
-  samples.speed = estimation::SpeedSample{.time_ns = time_ns,
-                                          .speed_mps = reversing ? -speed_mps : speed_mps};
+  samples.speed =
+      estimation::SpeedSample{.time_ns = time_ns, .speed_mps = reversing ? -speed_mps : speed_mps};
   return std::nullopt;
 }
 

@@ -367,11 +367,11 @@ TEST_F(VehicleSignalsTest, EveryFrameIsUsedRejectedWaitingOrOfAnotherId) {
   Frame other = rate(10.0, 1.0);
   other.id = 0x7FF;
   const std::vector<Frame> frames = {
-      accel(10.0, 1.0), rate(10.0, 1.0), wheels(10.0, "REAR", 36.0), other,  //
-      accel(10.0, 1.0), rate(10.0, 1.0),                                     // the same again
-      accel(20.0, 1.0),                                                      // partner lost
-      accel(30.0, 1.0), rate(30.0, 1.0), wheels(30.0, "REAR", 299.5),        // out of limits
-      rate(40.0, 1.0)};                                                      // still waits
+      accel(10.0, 1.0), rate(10.0, 1.0), wheels(10.0, "REAR", 36.0),  other,  //
+      accel(10.0, 1.0), rate(10.0, 1.0),                                      // the same again
+      accel(20.0, 1.0),                                                       // partner lost
+      accel(30.0, 1.0), rate(30.0, 1.0), wheels(30.0, "REAR", 299.5),         // out of limits
+      rate(40.0, 1.0)};                                                       // still waits
   for (const Frame& frame : frames) {
     signals.feed(frame);
   }
@@ -427,6 +427,8 @@ TEST_F(VehicleSignalsTest, FeedingNeverAllocates) {
   EXPECT_EQ(imu, 50);
   EXPECT_EQ(speed, 90);
   EXPECT_GT(signals.rejected(SignalReject::kUnpaired), 0U);
+  const SignalCounts counts = signals.counts();
+  EXPECT_EQ(counts.used + counts.waiting + signals.rejected_total(), frames.size());
 }
 
 TEST(AllocationTrap, SeesAllocations) {
