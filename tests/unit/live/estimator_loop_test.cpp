@@ -91,7 +91,7 @@ TEST_F(EstimatorLoopTest, EveryFrameIsUsedOnceAndEverySampleReachesTheFilter) {
   constexpr int kBeforeStart = 3;
   const auto before_start = static_cast<std::size_t>(estimation::InsertVerdict::kBeforeStart);
   tick(kBeforeStart);
-  ports_.poses.try_push({std::nullopt, at(40.0)});
+  EXPECT_TRUE(ports_.poses.try_push({std::nullopt, at(40.0)}));
   tick(1);  // the filter starts from its inertial sample
   const estimation::Counters& c = tick(5).estimate.counters;
   const can::SignalCounts counts = status().signal_counts;
