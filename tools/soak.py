@@ -17,7 +17,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +50,7 @@ EXAMPLES = """examples:
 SETTLED_S = 60.0
 JUDGED_FROM_S = 20 * 60.0
 MAX_SLOPE_MB_PER_H = 1.0
-MIN_TRACKING_SHARE = 0.95
+MIN_TRACKING_SHARE = 0.9
 MAX_ERROR_M = 0.6
 JOURNAL_MB = 16  # little: its ring of files goes round all the time
 TRACKING = 1
@@ -70,9 +70,13 @@ class Held:
     @staticmethod
     def read(path: Path) -> Held:
         table = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
-        settled = table[table[:, 0] >= min(SETTLED_S, 0.5 * table[-1, 0])]
-        time_s, rss_kb, threads, files = settled.T
-        return Held(time_s, rss_kb / 1000.0, threads, files)
+        time_s, rss_kb, threads, files = table.T
+        return Held(time_s, rss_kb * 1.024e-3, threads, files)
+
+    def settled(self) -> Held:
+        """After the first minute, or the first half of less than two."""
+        from_s = min(SETTLED_S, 0.5 * self.time_s[-1])
+        return Held(*(values[self.time_s >= from_s] for values in astuple(self)))
 
     def slope_mb_per_h(self) -> float:
         """Median of the slopes between any two samples: steps that are taken back do not count."""
@@ -149,7 +153,8 @@ def check_estimates(checks: Checks, errors: Errors) -> None:
 
 def draw(path: Path, held: Held, published: Published, errors: Errors) -> None:
     figure, (memory, latency, error) = plt.subplots(3, 1, figsize=(10, 9), sharex=True)
-    memory.plot(held.time_s / 60, held.rss_anon_mb)
+    settled = held.settled()
+    memory.plot(settled.time_s / 60, settled.rss_anon_mb)
     memory.set_ylabel("RssAnon [MB]")
     begin_us = published.timings[0].utime
     minutes = [(t.utime - begin_us) / 60e6 for t in published.timings]
@@ -186,7 +191,7 @@ def main() -> int:
 
     checks = Checks()
     check_ends(checks, published, json.loads((out / "run.json").read_text()))
-    check_held(checks, held, seconds)
+    check_held(checks, held.settled(), seconds)
     check_ticks(checks, published, args.max_missed, all_recorded=False)
     check_inputs(checks, published, replay)
     check_journal_size(checks, out / "journal")
