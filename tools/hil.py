@@ -271,8 +271,9 @@ def check_inputs(checks: Checks, published: Published, replay: dict[str, Any]) -
     sent = replay["can"]["sent"]
     checks.add(
         "CAN frames received = sent, none lost",
-        c["can.frames"] == sent and c["can.dropped"] == 0,
-        f"{c['can.frames']} of {sent}, {c['can.dropped']} dropped",
+        c["can.frames"] == sent and c["can.dropped"] == 0 and c["signals.lost_messages"] == 0,
+        f"{c['can.frames']} of {sent}, {c['can.dropped']} dropped, "
+        f"{c['signals.lost_messages']} missing by the messages' counters",
     )
     images = replay["camera"]["sent"]
     checks.add(
