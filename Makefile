@@ -5,7 +5,7 @@
 PRESET ?= release
 
 .DEFAULT_GOAL := help
-.PHONY: help setup models build test sanitize demo hil hil-faults bench tick-latency format lint
+.PHONY: help setup models build test sanitize demo hil hil-faults soak bench bench-process tick-latency format lint
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -32,15 +32,20 @@ demo: PRESET = release
 demo: build ## Map and localise a recorded drive: make demo DRIVE=path/to/kitti_0039
 	@.venv/bin/python tools/demo.py $(if $(DRIVE),"$(DRIVE)")
 
-hil: PRESET = release
-hil: build ## Vehicle process on a virtual CAN bus, in real time, with the recorded drive
+bench-process: PRESET = release
+bench-process: build
 	@cmake --preset traps
 	@cmake --build build/traps --target topoloc-localise
+
+hil: bench-process ## Vehicle process on a virtual CAN bus, in real time, with the recorded drive
 	@.venv/bin/python tools/hil.py
 
 hil-faults: PRESET = release
 hil-faults: hil ## Every kind of fault through the real process on a virtual CAN bus
 	@.venv/bin/python tools/hil_faults.py
+
+soak: bench-process ## The same for an hour: memory, threads, every input accounted for (MINUTES=60)
+	@.venv/bin/python tools/soak.py $(if $(MINUTES),--minutes "$(MINUTES)")
 
 bench: PRESET = release
 bench: build ## Run the benchmarks

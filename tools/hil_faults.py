@@ -201,7 +201,7 @@ class FaultBench:
         """What the last attempt at a run found: the first that passed, or that had its time."""
         for attempts_left in reversed(range(TRIES)):
             out = self.played(number, run)
-            published = Published(out / "log.lcm", self.types)
+            published = Published([out / "log.lcm"], self.types)
             ticks = published.counters["ticks.done"] + published.counters["ticks.missed"]
             missed_share = published.counters["ticks.missed"] / ticks
             busy = missed_share > MAX_MISSED_SHARE

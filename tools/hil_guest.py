@@ -5,6 +5,9 @@
 
 Runs inside tools/with-vcan. Everything the processes say goes into --work: log.lcm (what was on
 LCM), localiser.log, replay.json, journal/, run.json (exit codes, times).
+
+With --seconds the replay is ended after so long, log.lcm holds the status and only some of the
+estimates, and memory.csv has what the localiser holds, once a second.
 """
 
 from __future__ import annotations
@@ -18,8 +21,12 @@ import signal
 import subprocess
 import time
 from pathlib import Path
+from typing import Any
+
+import lcm
 
 LCM_URL = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4000000"
+ESTIMATE_EVERY = 20  # of those that a soak keeps
 
 
 def wait_for_text(log: Path, text: str, process: subprocess.Popen[bytes], timeout_s: float) -> None:
@@ -30,10 +37,90 @@ def wait_for_text(log: Path, text: str, process: subprocess.Popen[bytes], timeou
         time.sleep(0.05)
 
 
+def start_localiser(args: argparse.Namespace) -> subprocess.Popen[bytes]:
+    log = args.work / "localiser.log"
+    with log.open("wb") as out:
+        localiser = subprocess.Popen(
+            [
+                *(args.localiser, "--config", args.config, "--map", args.map),
+                *("--can", "can0=vcan0", "--lcm", LCM_URL, "--journal", args.work / "journal"),
+                f"--initial-pose={args.initial_pose}",
+            ],
+            stdout=out,
+            stderr=subprocess.STDOUT,
+        )
+    wait_for_text(log, "running", localiser, 60.0)
+    return localiser
+
+
+def start_replay(args: argparse.Namespace) -> subprocess.Popen[bytes]:
+    return subprocess.Popen(
+        [
+            *(args.bins / "topoloc-replay", "--drive", args.drive, "--can", "can0=vcan0"),
+            *("--lcm", LCM_URL, "--fifo", "50", "--json", args.work / "replay.json"),
+            *args.replay,
+        ]
+    )
+
+
 def before_others() -> None:
     """Lets the logger read before its 30 messages of queue are full; where that is allowed."""
     with contextlib.suppress(PermissionError):
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(20))
+
+
+def start_logger(log: Path, channels: str) -> subprocess.Popen[bytes]:
+    return subprocess.Popen(
+        ["lcm-logger", "-q", "-c", channels, f"--lcm-url={LCM_URL}", str(log)],
+        preexec_fn=before_others,
+    )
+
+
+class EstimateSampler:
+    """Keeps every so manieth estimate. All of an hour's would be half a gigabyte."""
+
+    def __init__(self, log: Path) -> None:
+        self._lcm = lcm.LCM(LCM_URL)
+        self._lcm.subscribe("TOPOLOC_ESTIMATE", self._take)
+        self._log: Any = lcm.EventLog(str(log), "w", overwrite=True)
+        self._seen = 0
+
+    def _take(self, channel: str, data: bytes) -> None:
+        if self._seen % ESTIMATE_EVERY == 0:
+            self._log.write_event(time.time_ns() // 1000, channel, data)
+        self._seen += 1
+
+    def listen_until(self, monotonic_s: float) -> None:
+        while (left_s := monotonic_s - time.monotonic()) > 0:
+            self._lcm.handle_timeout(max(1, int(1e3 * left_s)))
+
+    def close(self) -> None:
+        self._log.close()
+
+
+def held(process: subprocess.Popen[bytes]) -> str:
+    """Anonymous memory in kB, threads and open files of a process, comma-separated."""
+    folder = Path("/proc") / str(process.pid)
+    status = dict(
+        line.split(":", 1) for line in (folder / "status").read_text().splitlines() if ":" in line
+    )
+    files = sum(1 for _ in (folder / "fd").iterdir())
+    return f"{status['RssAnon'].split()[0]},{int(status['Threads'])},{files}"
+
+
+def watch(args: argparse.Namespace, localiser: subprocess.Popen[bytes]) -> None:
+    """Samples for --seconds, or until the localiser ends."""
+    sampler = EstimateSampler(args.work / "estimates.lcm")
+    begin_s = time.monotonic()
+    with (args.work / "memory.csv").open("w", encoding="ascii") as out:
+        out.write("seconds,rss_anon_kb,threads,files\n")
+        for second in range(int(args.seconds)):
+            sampler.listen_until(begin_s + second)
+            if localiser.poll() is not None:
+                break
+            out.write(f"{time.monotonic() - begin_s:.3f},{held(localiser)}\n")
+            out.flush()
+    sampler.close()
 
 
 def main() -> None:
@@ -47,6 +134,7 @@ def main() -> None:
     parser.add_argument("--map", type=Path, required=True)
     parser.add_argument("--drive", type=Path, required=True)
     parser.add_argument("--initial-pose", required=True)
+    parser.add_argument("--seconds", type=float, help="a soak of so long; default: the whole drive")
     parser.add_argument(
         "--replay", nargs=argparse.REMAINDER, default=[], help="further options of the replay"
     )
@@ -54,30 +142,14 @@ def main() -> None:
     # Real-time priority and locked memory, as the service unit grants them.
     resource.setrlimit(resource.RLIMIT_MEMLOCK, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
 
-    logger = subprocess.Popen(
-        ["lcm-logger", "-q", f"--lcm-url={LCM_URL}", str(args.work / "log.lcm")],
-        preexec_fn=before_others,
-    )
-    localiser_log = args.work / "localiser.log"
-    with localiser_log.open("wb") as out:
-        localiser = subprocess.Popen(
-            [
-                *(args.localiser, "--config", args.config, "--map", args.map),
-                *("--can", "can0=vcan0", "--lcm", LCM_URL, "--journal", args.work / "journal"),
-                f"--initial-pose={args.initial_pose}",
-            ],
-            stdout=out,
-            stderr=subprocess.STDOUT,
-        )
-    wait_for_text(localiser_log, "running", localiser, 60.0)
-    replay = subprocess.run(
-        [
-            *(args.bins / "topoloc-replay", "--drive", args.drive, "--can", "can0=vcan0"),
-            *("--lcm", LCM_URL, "--fifo", "50", "--json", args.work / "replay.json"),
-            *args.replay,
-        ],
-        check=False,
-    )
+    channels = ".*" if args.seconds is None else "TOPOLOC_(STATUS|TIMING)"
+    logger = start_logger(args.work / "log.lcm", channels)
+    localiser = start_localiser(args)
+    replay = start_replay(args)
+    if args.seconds is not None:
+        watch(args, localiser)
+        replay.send_signal(signal.SIGTERM)
+    replay_exit = replay.wait()
     time.sleep(0.5)  # what is on its way arrives
     begin = time.monotonic()
     localiser.send_signal(signal.SIGTERM)
@@ -88,7 +160,7 @@ def main() -> None:
     logger.wait(timeout=10.0)
     result = {
         "localiser_exit": localiser_exit,
-        "replay_exit": replay.returncode,
+        "replay_exit": replay_exit,
         "stop_ms": stop_ms,
     }
     (args.work / "run.json").write_text(json.dumps(result, indent=2) + "\n")

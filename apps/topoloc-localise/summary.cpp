@@ -41,7 +41,6 @@ Counts rejected(const Drive& drive, const FrameLog* frames, const BatchResult& r
     note("speed_" + why, c.speed[k]);
     note("matches_" + why, c.matches[k]);
   }
-  note("data_before_start", c.before_start);
   note("initial_pose", c.initial_pose_rejected);
   note("forgotten_at_restart", c.forgotten);
   note("speed_innovation_too_large", c.speed_gate_rejected);

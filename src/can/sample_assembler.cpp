@@ -24,6 +24,12 @@ void SampleAssembler::configure(std::size_t part_count, bool by_counter,
   time_line_ = TimeLine(kConfirmingSamples * static_cast<unsigned>(part_count));
 }
 
+std::size_t SampleAssembler::waiting() const {
+  const auto count =
+      std::ranges::count_if(waiting_, [](const Waiting& part) { return part.fresh; });
+  return static_cast<std::size_t>(count);
+}
+
 bool SampleAssembler::belong_together(const Waiting& a, const Waiting& b) const {
   const std::int64_t apart_ns = a.time_ns < b.time_ns ? b.time_ns - a.time_ns  //
                                                       : a.time_ns - b.time_ns;

@@ -31,6 +31,9 @@ class SampleAssembler {
   Result add(std::size_t part, std::int64_t time_ns, std::uint64_t counter,
              const SampleValues& values);
 
+  [[nodiscard]] std::size_t part_count() const { return part_count_; }
+  /// Parts that have arrived and are in no sample yet.
+  [[nodiscard]] std::size_t waiting() const;
   [[nodiscard]] std::int64_t time_ns(std::size_t part) const { return waiting_[part].time_ns; }
   /// Slots of the parts that have arrived; reading a part starts from them.
   [[nodiscard]] const SampleValues& values() const { return values_; }

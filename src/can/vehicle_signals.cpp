@@ -62,6 +62,7 @@ VehicleSamples VehicleSignals::feed(const Frame& frame) noexcept {
   if (mismatch && !taken) {  // else the frame is one of the other parts of its message
     table.reject(SignalReject::kMultiplexMismatch);
   }
+  table.counts.other_frames += mismatch || taken ? 0 : 1;
   return samples;
 }
 
@@ -93,6 +94,7 @@ std::optional<SignalReject> VehicleSignals::Table::read(const SignalPart& part, 
     std::uint64_t raw = 0;
     const auto reject = part.read(frame, none, raw);
     if (!reject) {
+      ++counts.used;
       reversing = std::find(reverse_raw.begin(), reverse_raw.end(), raw) != reverse_raw.end();
     }
     return reject;
@@ -120,26 +122,27 @@ std::optional<SignalReject> VehicleSignals::Table::read(const SignalPart& part, 
   if (!result.complete) {
     return std::nullopt;
   }
+  const std::int64_t time_ns = is_imu ? imu.time_ns(imu_time_part) : frame.time_ns;
+  std::optional<std::int64_t>& last_ns = is_imu ? last_imu_ns : last_speed_ns;
+  if (time_ns == last_ns) {
+    reject(SignalReject::kNonMonotonicTime, assembler.part_count() - 1);
+    return SignalReject::kNonMonotonicTime;
+  }
+  last_ns = time_ns;
+  counts.used += assembler.part_count();
   if (is_imu) {
-    const std::int64_t time_ns = imu.time_ns(imu_time_part);
-    if (time_ns == last_imu_ns) {
-      return SignalReject::kNonMonotonicTime;
-    }
-    last_imu_ns = time_ns;
+    ++counts.imu_samples;
     samples.imu = estimation::ImuSample{.time_ns = time_ns,
                                         .specific_force_mps2 = {values[0], values[1], values[2]},
                                         .angular_rate_radps = {values[3], values[4], values[5]}};
     return std::nullopt;
   }
-  if (frame.time_ns == last_speed_ns) {
-    return SignalReject::kNonMonotonicTime;
-  }
-  last_speed_ns = frame.time_ns;
+  ++counts.speed_samples;
   const auto wheels_used = static_cast<std::ptrdiff_t>(wheel_count);
   const double sum = std::accumulate(values.begin(), values.begin() + wheels_used, 0.0);
   const double speed_mps = sum / static_cast<double>(wheel_count);
-  samples.speed = estimation::SpeedSample{.time_ns = frame.time_ns,
-                                          .speed_mps = reversing ? -speed_mps : speed_mps};
+  samples.speed =
+      estimation::SpeedSample{.time_ns = time_ns, .speed_mps = reversing ? -speed_mps : speed_mps};
   return std::nullopt;
 }
 
@@ -153,6 +156,12 @@ std::vector<UsedMessage> VehicleSignals::used_messages() const {
 
 std::uint64_t VehicleSignals::rejected(SignalReject reason) const {
   return table_->rejected[static_cast<std::size_t>(reason)];
+}
+
+SignalCounts VehicleSignals::counts() const {
+  SignalCounts counts = table_->counts;
+  counts.waiting = table_->imu.waiting() + table_->wheels.waiting();
+  return counts;
 }
 
 std::uint64_t VehicleSignals::lost_messages() const {

@@ -36,6 +36,7 @@ struct VehicleSignals::Table {
   bool reversing = false;
 
   std::uint64_t new_time_lines = 0;
+  SignalCounts counts;  ///< but for those that wait
   std::array<std::uint64_t, kSignalRejectCount> rejected{};
   void reject(SignalReject reason, std::uint64_t count = 1) {
     rejected[static_cast<std::size_t>(reason)] += count;

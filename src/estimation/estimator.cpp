@@ -211,7 +211,7 @@ void Estimator::take_imu(const ImuSample& sample) {
     }
     standstill_.add_imu(sample);
     last_imu_ = sample;
-    ++estimate_.counters.before_start;
+    count(estimate_.counters.imu, InsertVerdict::kBeforeStart);
     start_if_ready();
     return;
   }
@@ -233,7 +233,7 @@ void Estimator::take_speed(const SpeedSample& sample) {
       std::isfinite(sample.speed_mps) && (!last_speed_ || sample.time_ns > last_speed_->time_ns);
   const bool standing = later && standstill_.add_speed(sample);
   if (history_.empty()) {
-    ++estimate_.counters.before_start;
+    count(estimate_.counters.speed, InsertVerdict::kBeforeStart);
     last_speed_ = later ? sample : last_speed_;
     return;
   }
@@ -246,7 +246,7 @@ void Estimator::take_speed(const SpeedSample& sample) {
 
 void Estimator::take_matches(const MapMatchSet& set) {
   if (history_.empty()) {
-    ++estimate_.counters.before_start;
+    count(estimate_.counters.matches, InsertVerdict::kBeforeStart);
     return;
   }
   if (set.match_count < 0 || set.match_count > kMaxMatches || set.node_count < 0 ||

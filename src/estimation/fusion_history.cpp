@@ -49,6 +49,8 @@ const char* name(InsertVerdict verdict) {
       return "implausible";
     case InsertVerdict::kInFuture:
       return "in_future";
+    case InsertVerdict::kBeforeStart:
+      return "before_start";
   }
   return "unknown";
 }

@@ -108,6 +108,7 @@ void EstimatorLoop::report(EstimatorStatus& status) const {
   for (std::size_t i = 0; i < status.signals.size(); ++i) {
     status.signals[i] = signals_.rejected(static_cast<can::SignalReject>(i));
   }
+  status.signal_counts = signals_.counts();
   status.lost_messages = signals_.lost_messages();
   status.sensor_clock_steps = signals_.new_time_lines();
   status.system_clock_steps = clock_.steps();

@@ -124,6 +124,12 @@ void fill_status(const ProcessStatus& status, status_t& message) {
   list.add("can.over_tick", status.estimator.loop.over_tick);
   list.add_each<can::SignalReject>("signals", status.estimator.loop.signals,
                                    [](can::SignalReject why) { return can::name(why); });
+  const can::SignalCounts& read = status.estimator.loop.signal_counts;
+  list.add("signals.other_frames", read.other_frames);
+  list.add("signals.used", read.used);
+  list.add("signals.waiting", read.waiting);
+  list.add("signals.imu_samples", read.imu_samples);
+  list.add("signals.speed_samples", read.speed_samples);
   list.add("signals.lost_messages", status.estimator.loop.lost_messages);
   list.add("signals.clock_steps", status.estimator.loop.sensor_clock_steps);
 
@@ -133,7 +139,6 @@ void fill_status(const ProcessStatus& status, status_t& message) {
   list.add_each<estimation::InsertVerdict>("speed", c.speed, verdict);
   list.add_each<estimation::InsertVerdict>("match_sets", c.matches, verdict);
   list.add("filter.starts", c.starts);
-  list.add("filter.before_start", c.before_start);
   list.add("filter.forgotten", c.forgotten);
   list.add("filter.initial_pose_rejected", c.initial_pose_rejected);
   list.add("filter.speed_unused", c.speed_unused);

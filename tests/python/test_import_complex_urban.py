@@ -487,7 +487,10 @@ def test_dead_reckoning_follows_the_truth(recording: Path, tmp_path: Path) -> No
     command: list[str | Path] = [LOCALISE, "--drive", recording.with_name("drive")]
     command += ["--dead-reckoning", "--out", estimate, "--json", summary]
     subprocess.run(command, check=True)
-    assert set(json.loads(summary.read_text())["rejected"]) <= {"data_before_start"}
+    assert set(json.loads(summary.read_text())["rejected"]) <= {
+        "imu_before_start",
+        "speed_before_start",
+    }
     last = np.loadtxt(estimate)[-1]
     expected = vehicle_pose(round(last[0] * 1e9)) @ MOUNTINGS["IMU"]
     assert last[0] > START_NS * 1e-9 + 1.9

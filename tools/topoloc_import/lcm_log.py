@@ -5,15 +5,21 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
+
+import lcm
+
+from topoloc_import.errors import DriveImportError
 
 # Fingerprint of lcmtypes/topoloc_image_t.lcm, which is also that of bot_core's image_t.
 IMAGE_FINGERPRINT = 0x14739FFE13D5F5F0
 PIXEL_FORMAT_GRAY = 1497715271
 PIXEL_FORMAT_MJPEG = 1196444237
 EVENT_SYNC_WORD = 0xEDA1DA01
+IMAGE_HEADER = struct.Struct(">Qqiiiii")  # fingerprint, us, width, height, stride, format, bytes
 
 
 @dataclass(frozen=True)
@@ -34,8 +40,7 @@ class CameraFrame:
 
 def encode_image(frame: CameraFrame) -> bytes:
     """The frame as an encoded image_t message, without metadata."""
-    header = struct.pack(
-        ">Qqiiiii",
+    header = IMAGE_HEADER.pack(
         IMAGE_FINGERPRINT,
         frame.time_us,
         frame.width_px,
@@ -45,6 +50,26 @@ def encode_image(frame: CameraFrame) -> bytes:
         len(frame.data),
     )
     return header + frame.data + struct.pack(">i", 0)
+
+
+def decode_image(message: bytes) -> CameraFrame:
+    """What encode_image() was given; time in whole microseconds."""
+    header = IMAGE_HEADER.size
+    if len(message) < header:
+        raise DriveImportError("an image message ends early")
+    fingerprint, time_us, width, height, stride, pixel_format, size = IMAGE_HEADER.unpack(
+        message[:header]
+    )
+    if fingerprint != IMAGE_FINGERPRINT or stride != width or len(message) < header + size:
+        raise DriveImportError("a message is no image that the importers write")
+    return CameraFrame(time_us * 1000, width, height, pixel_format, message[header : header + size])
+
+
+def read_frames(path: Path, channel: str) -> Iterator[CameraFrame]:
+    """The images of a log that CameraLog wrote."""
+    for event in lcm.EventLog(str(path)):
+        if event.channel == channel:
+            yield decode_image(event.data)
 
 
 class CameraLog:

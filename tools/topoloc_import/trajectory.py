@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from topoloc_import.errors import DriveImportError
+
 Array = npt.NDArray[np.float64]
 EARTH_RADIUS_M = 6378137.0
 
@@ -116,3 +118,17 @@ def write_tum(path: Path, trajectory: Trajectory) -> None:
         numbers = " ".join(f"{v:.6f}" for v in p) + " " + " ".join(f"{v:.9f}" for v in q)
         lines.append(f"{time_ns // 10**9}.{time_ns % 10**9:09d} {numbers}")
     path.write_text("\n".join(lines) + "\n", encoding="ascii")
+
+
+def read_tum(path: Path) -> Trajectory:
+    """What write_tum() wrote; also stamps with fewer decimals."""
+    rows = [line.split() for line in path.read_text(encoding="ascii").splitlines()]
+    rows = [row for row in rows if row and not row[0].startswith("#")]
+    if len(rows) < 2 or any(len(row) != 8 for row in rows):
+        raise DriveImportError(f"{path}: expected two or more lines of 8 numbers")
+    stamps = [row[0].partition(".") for row in rows]
+    time_ns = np.array(
+        [int(s) * 10**9 + int(f.ljust(9, "0")[:9] or 0) for s, _, f in stamps], dtype=np.int64
+    )
+    table = np.array([row[1:] for row in rows], dtype=np.float64)
+    return Trajectory(time_ns, table[:, :3], rotations(table[:, 3:]))

@@ -93,6 +93,16 @@ struct VehicleSamples {
   std::optional<estimation::SpeedSample> speed;
 };
 
+/// Where frames and samples went. A frame counts once, or once for each of the samples it is part
+/// of; then frames = other_frames + used + all that is rejected + waiting.
+struct SignalCounts {
+  std::uint64_t other_frames = 0;   ///< of other ids or interfaces
+  std::uint64_t used = 0;           ///< became part of a sample, or told the direction
+  std::uint64_t waiting = 0;        ///< now, for the partners of their sample
+  std::uint64_t imu_samples = 0;    ///< given out
+  std::uint64_t speed_samples = 0;  ///< given out
+};
+
 /// Frames that signals are read from.
 struct UsedMessage {
   std::string interface;  ///< as configured; empty: any
@@ -123,6 +133,7 @@ class VehicleSignals {
 
   [[nodiscard]] std::uint64_t rejected(SignalReject reason) const;
   [[nodiscard]] std::uint64_t rejected_total() const;
+  [[nodiscard]] SignalCounts counts() const;
   /// Messages that the counters of `checks` show to be missing.
   [[nodiscard]] std::uint64_t lost_messages() const;
   /// How often a sensor's clock was set.

@@ -97,7 +97,6 @@ struct Counters {
   std::array<std::uint64_t, kInsertVerdictCount> speed{};
   std::array<std::uint64_t, kInsertVerdictCount> matches{};
   std::uint64_t starts = 0;                 ///< times the filter was started from a pose
-  std::uint64_t before_start = 0;           ///< data that came before the filter had started
   std::uint64_t forgotten = 0;              ///< data that waited when the filter was restarted
   std::uint64_t initial_pose_rejected = 0;  ///< not finite, not a rotation, or too old
   std::uint64_t speed_unused = 0;           ///< speeds that came while use_speed is off

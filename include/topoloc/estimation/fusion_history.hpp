@@ -51,8 +51,9 @@ enum class InsertVerdict {
   kPendingFull,   ///< too many events wait for inertial data
   kInFuture,      ///< further ahead of the inertial data than the history is long
   kImplausible,   ///< IMU sample that no road vehicle makes (ImuScreen)
+  kBeforeStart,   ///< came before the filter had started
 };
-inline constexpr int kInsertVerdictCount = 8;
+inline constexpr int kInsertVerdictCount = 9;
 const char* name(InsertVerdict verdict);
 
 /// Independent uncertainty to be added to parts of the state (one standard deviation per axis).

@@ -54,6 +54,7 @@ struct EstimatorStatus {
   EstimatorLosses losses;
   can::CanCounters can;
   std::array<std::uint64_t, can::kSignalRejectCount> signals{};  ///< by can::SignalReject
+  can::SignalCounts signal_counts;
   std::uint64_t lost_messages = 0;       ///< by the counters of CAN messages
   std::uint64_t sensor_clock_steps = 0;  ///< times that the clock of IMU or wheels was set
   std::uint64_t system_clock_steps = 0;  ///< times that the system clock was

@@ -360,6 +360,32 @@ TEST_F(VehicleSignalsTest, RejectsFloatThatIsNotFinite) {
   EXPECT_TRUE(signals.feed(frame(20, "FLOATS", {{"F", 1.0}})).speed);
 }
 
+TEST_F(VehicleSignalsTest, EveryFrameIsUsedRejectedWaitingOrOfAnotherId) {
+  with_imu();
+  config_.wheels.speeds = {"REAR.RL", "REAR.RR"};
+  VehicleSignals signals(config_);
+  Frame other = rate(10.0, 1.0);
+  other.id = 0x7FF;
+  const std::vector<Frame> frames = {
+      accel(10.0, 1.0), rate(10.0, 1.0), wheels(10.0, "REAR", 36.0),  other,  //
+      accel(10.0, 1.0), rate(10.0, 1.0),                                      // the same again
+      accel(20.0, 1.0),                                                       // partner lost
+      accel(30.0, 1.0), rate(30.0, 1.0), wheels(30.0, "REAR", 299.5),         // out of limits
+      rate(40.0, 1.0)};                                                       // still waits
+  for (const Frame& frame : frames) {
+    signals.feed(frame);
+  }
+  const SignalCounts counts = signals.counts();
+  EXPECT_EQ(counts.imu_samples, 2U);
+  EXPECT_EQ(counts.speed_samples, 1U);
+  EXPECT_EQ(counts.used, 5U);
+  EXPECT_EQ(counts.waiting, 1U);
+  EXPECT_EQ(counts.other_frames, 1U);
+  EXPECT_EQ(signals.rejected(SignalReject::kNonMonotonicTime), 2U) << "both frames of the sample";
+  EXPECT_EQ(counts.other_frames + counts.used + counts.waiting + signals.rejected_total(),
+            frames.size());
+}
+
 TEST_F(VehicleSignalsTest, MultiplexedWheelsComeInTheirOwnFrames) {
   config_.wheels.speeds = {"MUX.A", "MUX.B"};
   config_.wheels.unit = "m/s";
@@ -401,6 +427,8 @@ TEST_F(VehicleSignalsTest, FeedingNeverAllocates) {
   EXPECT_EQ(imu, 50);
   EXPECT_EQ(speed, 90);
   EXPECT_GT(signals.rejected(SignalReject::kUnpaired), 0U);
+  const SignalCounts counts = signals.counts();
+  EXPECT_EQ(counts.used + counts.waiting + signals.rejected_total(), frames.size());
 }
 
 TEST(AllocationTrap, SeesAllocations) {

@@ -6,6 +6,7 @@
 
 #include "support/scripted_bus.hpp"
 
+#include <numeric>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -84,6 +85,21 @@ TEST_F(EstimatorLoopTest, StartsFromAPoseOfNowOnceTheDataIsThere) {
   EXPECT_NEAR(output.estimate.state.v_world_imu.x(), DrivenCar::kSpeed_mps, 1e-2);
   tick(1);
   EXPECT_EQ(tick(1).estimate.counters.starts, 1U);
+}
+
+TEST_F(EstimatorLoopTest, EveryFrameIsUsedOnceAndEverySampleReachesTheFilter) {
+  constexpr int kBeforeStart = 3;
+  const auto before_start = static_cast<std::size_t>(estimation::InsertVerdict::kBeforeStart);
+  tick(kBeforeStart);
+  EXPECT_TRUE(ports_.poses.try_push({std::nullopt, at(40.0)}));
+  tick(1);  // the filter starts from its inertial sample
+  const estimation::Counters& c = tick(5).estimate.counters;
+  const can::SignalCounts counts = status().signal_counts;
+  EXPECT_EQ(counts.used, next_);
+  EXPECT_EQ(counts.imu_samples, 9U);
+  EXPECT_EQ(c.imu[before_start], kBeforeStart + 1U);
+  EXPECT_EQ(std::reduce(c.imu.begin(), c.imu.end()), counts.imu_samples);
+  EXPECT_EQ(std::reduce(c.speed.begin(), c.speed.end()), counts.speed_samples);
 }
 
 TEST_F(EstimatorLoopTest, StartsAnewFromAPoseThatComesIn) {

@@ -148,6 +148,14 @@ std::map<std::string, std::int64_t> counters(const status_t& status) {
   return result;
 }
 
+std::int64_t sum(const std::map<std::string, std::int64_t>& counts, const std::string& prefix) {
+  std::int64_t total = 0;
+  for (const auto& [name, count] : counts) {
+    total += name.starts_with(prefix) ? count : 0;
+  }
+  return total;
+}
+
 TEST_F(LiveThreads, PublishEveryTickAndRecordWhatMadeIt) {
   loop_.start_from({Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()});
   run(1200ms);
@@ -165,6 +173,9 @@ TEST_F(LiveThreads, PublishEveryTickAndRecordWhatMadeIt) {
   EXPECT_FALSE(heard_.poses.empty());
   EXPECT_GT(matched_, 0);
   EXPECT_EQ(counts["frames.matched"], matched_);
+  EXPECT_GT(counts["signals.imu_samples"], 0);
+  EXPECT_EQ(counts["signals.imu_samples"], sum(counts, "imu."));
+  EXPECT_EQ(counts["signals.speed_samples"], sum(counts, "speed."));
 
   TickRunner again(car_.vehicle.estimator);
   std::size_t i = 0;
