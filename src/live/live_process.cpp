@@ -19,6 +19,7 @@
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
+#include <sys/eventfd.h>
 #include <thread>
 #include <utility>
 
@@ -162,7 +163,7 @@ struct LiveProcess::Impl {
     if (!vehicle.live.last_pose.empty()) {
       last_pose.emplace(vehicle.live.last_pose);
       last_pose_thread.emplace(ordinary("last-pose"), [this] {
-        last_pose->run(stop_writers);
+        last_pose->run(stop_last_pose);
         last_pose_done.store(true, std::memory_order_release);
       });
     }
@@ -180,7 +181,7 @@ struct LiveProcess::Impl {
     publisher_thread.emplace(ordinary("lcm-publisher"), [this] { publisher->run(stop_publisher); });
     if (recorder) {
       recorder_thread.emplace(ordinary("recorder"), [this] {
-        recorder->run(stop_writers);
+        recorder->run(stop_recorder);
         recorder_done.store(true, std::memory_order_release);
       });
     }
@@ -238,9 +239,11 @@ struct LiveProcess::Impl {
     frames.close();
     estimator.stop();
     receiver_thread->join();
+    stop_recorder.store(true, std::memory_order_release);
     stop_publisher.store(true, std::memory_order_release);
+    eventfd_write(wake.fd(), 1);
     publisher_thread->join();
-    stop_writers.store(true, std::memory_order_release);
+    stop_last_pose.store(true, std::memory_order_release);
     for (int i = 0; i < 100 && !rest_has_ended(); ++i) {
       std::this_thread::sleep_for(1ms);
     }
@@ -281,7 +284,8 @@ struct LiveProcess::Impl {
   std::atomic<bool> stop_requested{false};
   std::atomic<bool> stop_receiver{false};
   std::atomic<bool> stop_publisher{false};
-  std::atomic<bool> stop_writers{false};
+  std::atomic<bool> stop_recorder{false};
+  std::atomic<bool> stop_last_pose{false};
   std::atomic<bool> recorder_done{false};
   std::atomic<bool> last_pose_done{false};
   std::atomic<bool> matcher_done{false};
