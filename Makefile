@@ -44,7 +44,7 @@ hil-faults: PRESET = release
 hil-faults: hil ## Every kind of fault through the real process on a virtual CAN bus
 	@.venv/bin/python tools/hil_faults.py
 
-soak: bench-process ## The same for an hour: memory, threads, every input accounted for (MINUTES=60)
+soak: bench-process ## Vehicle process on a closed drive for an hour: memory, books of all inputs (MINUTES=60)
 	@.venv/bin/python tools/soak.py $(if $(MINUTES),--minutes "$(MINUTES)")
 
 bench: PRESET = release

@@ -15,11 +15,13 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
+import multiprocessing
 import os
 import resource
 import signal
 import subprocess
 import time
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
@@ -123,6 +125,37 @@ def watch(args: argparse.Namespace, localiser: subprocess.Popen[bytes]) -> None:
     sampler.close()
 
 
+class MachineWatch:
+    """Whether the machine gives its processes time, whatever the localiser does: a process of
+    highest priority that wants to wake up at the estimator's rate."""
+
+    PERIOD_S = 0.005
+
+    def __init__(self) -> None:
+        self._here, there = multiprocessing.Pipe()
+        self._process = multiprocessing.Process(target=self._run, args=(there,))
+        self._process.start()
+
+    def missed_share(self) -> float:
+        """Share of the periods in which it did not wake up; ends it."""
+        self._here.send(None)
+        share: float = self._here.recv()
+        self._process.join()
+        return share
+
+    @classmethod
+    def _run(cls, parent: Connection) -> None:
+        with contextlib.suppress(PermissionError):
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(95))
+        begin = time.monotonic()
+        wakes = periods = 0
+        while not parent.poll():
+            periods = max(periods + 1, int((time.monotonic() - begin) / cls.PERIOD_S))
+            time.sleep(max(0.0, begin + periods * cls.PERIOD_S - time.monotonic()))
+            wakes += 1
+        parent.send(1.0 - wakes / max(1, periods))
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -145,11 +178,13 @@ def main() -> None:
     channels = ".*" if args.seconds is None else "TOPOLOC_(STATUS|TIMING)"
     logger = start_logger(args.work / "log.lcm", channels)
     localiser = start_localiser(args)
+    machine = MachineWatch()
     replay = start_replay(args)
     if args.seconds is not None:
         watch(args, localiser)
         replay.send_signal(signal.SIGTERM)
     replay_exit = replay.wait()
+    machine_missed_share = machine.missed_share()
     time.sleep(0.5)  # what is on its way arrives
     begin = time.monotonic()
     localiser.send_signal(signal.SIGTERM)
@@ -162,6 +197,7 @@ def main() -> None:
         "localiser_exit": localiser_exit,
         "replay_exit": replay_exit,
         "stop_ms": stop_ms,
+        "machine_missed_share": machine_missed_share,
     }
     (args.work / "run.json").write_text(json.dumps(result, indent=2) + "\n")
 

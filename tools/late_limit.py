@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: 2026 The topoloc authors
-"""How accurate the pose of now can be when matches come late: what the best of all matchers leaves.
+"""How accurate the pose of now can be when matches come late: what a matcher without error leaves with the estimator's models.
 
 The reference's own position is the fix, without error, up to a delay ago; from there the measured
 specific force and speed of the drive lead on, turned by the reference's own attitude. A Kalman
@@ -122,7 +122,7 @@ def main() -> None:
         off_cm = 100 * errors(motion, delay_s)
         mean = np.linalg.norm(off_cm, axis=1).mean()
         up = np.abs(off_cm[:, 2]).mean()
-        print(f"{delay_s:g} s late: {mean:.1f} cm at least, {up:.1f} cm of it upwards (means)")
+        print(f"{delay_s:g} s late: {mean:.1f} cm are left, {up:.1f} cm of it upwards (means)")
 
 
 if __name__ == "__main__":

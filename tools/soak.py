@@ -32,6 +32,7 @@ from hil import (
     ROOT,
     Checks,
     Published,
+    add_max_missed,
     bench_parser,
     check_ends,
     check_inputs,
@@ -174,6 +175,7 @@ def draw(path: Path, held: Held, published: Published, errors: Errors) -> None:
 
 def main() -> int:
     parser = bench_parser(__doc__, EXAMPLES)
+    add_max_missed(parser)
     parser.add_argument("--minutes", type=float, default=60.0, help="default: %(default)s")
     args = parser.parse_args()
     if not args.drive.is_dir():

@@ -44,6 +44,10 @@ void tell(const Options& options, const live::JournalSummary& summary) {
   if (summary.vehicle_yaml != read_text(options.config)) {
     warn(options.config.string() + ": is not what the journal was recorded with");
   }
+  if (summary.with_map == options.dead_reckoning) {
+    warn(summary.with_map ? "the journal is of a run with a map: leave out --dead-reckoning"
+                          : "the journal is of a run without a map: give --dead-reckoning");
+  }
   if (summary.left_out > 0) {
     warn(
         fmt::format("the journal begins in the middle of a run: {} ticks before the first initial "
@@ -62,7 +66,8 @@ void tell(const Options& options, const live::JournalSummary& summary) {
 
 void replay_journal(const Options& options) {
   const config::VehicleConfig vehicle = config::load_vehicle_config(options.config);
-  live::TickRunner runner(vehicle.estimator);
+  live::TickRunner runner(options.dead_reckoning ? estimation::without_map(vehicle.estimator)
+                                                 : vehicle.estimator);
   localiser::ResultFiles files(options.out);
   std::filesystem::path log_file = options.out;
   log_file.replace_extension(".lcm");

@@ -79,12 +79,16 @@ int localise_live(const Options& options) {
     ticks = now;
   }
   service.notify("STOPPING=1");
-  const bool clean = process.stop();
+  const live::LiveProcess::StillRunning still = process.stop();
   print_end(process.last_status());
-  if (!clean) {
-    // A frame being matched or a disk that hangs is not waited for any more.
+  if (still.disk) {
+    fmt::print(stderr,
+               "topoloc-localise: the disk does not answer: the end of the journal, or the last "
+               "pose, is not written\n");
+  }
+  if (still.disk || still.matcher) {
     std::fflush(stdout);
-    std::_Exit(0);
+    std::_Exit(still.disk ? 1 : 0);
   }
   return 0;
 }

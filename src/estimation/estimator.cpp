@@ -58,6 +58,11 @@ const char* name(Mode mode) {
   return "unknown";
 }
 
+EstimatorConfig without_map(EstimatorConfig config) {
+  config.models.map_wander.share = 0.0;
+  return config;
+}
+
 Estimator::Estimator(const EstimatorConfig& config)
     : config_(config),
       history_(config.models, config.history),

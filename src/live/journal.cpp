@@ -31,7 +31,8 @@ bool is_journal_file(const fs::path& path) {
   return path.extension() == ".lcm" && path.filename().string().starts_with("journal_");
 }
 
-/// In the order of their numbers.
+}  // namespace
+
 std::vector<fs::path> journal_files(const fs::path& folder) {
   std::vector<fs::path> files;
   if (fs::is_directory(folder)) {
@@ -44,8 +45,6 @@ std::vector<fs::path> journal_files(const fs::path& folder) {
   std::sort(files.begin(), files.end());
   return files;
 }
-
-}  // namespace
 
 struct JournalWriter::Impl {
   fs::path folder;
@@ -83,6 +82,7 @@ struct JournalWriter::Impl {
     start.from_start = static_cast<std::int8_t>(file_number == 1 ? 1 : 0);
     start.version = origin.version;
     start.vehicle_yaml = origin.vehicle_yaml;
+    start.with_map = static_cast<std::int8_t>(origin.with_map ? 1 : 0);
     write(kStart, time_us, start);
   }
 
@@ -173,6 +173,7 @@ class JournalReader {
     }
     known_ = known_ || start.from_start != 0;
     summary_.vehicle_yaml = start.vehicle_yaml;
+    summary_.with_map = start.with_map != 0;
     return true;
   }
 

@@ -59,8 +59,10 @@ struct LiveProcess::Impl {
         options(std::move(options_in)),
         signals(vehicle.can),
         bus(signals, vehicle.live),
-        loop({.estimator = vehicle.estimator, .journal = keeps_journal()}, clock, signals, bus,
-             ports),
+        loop({.estimator =
+                  options.map ? vehicle.estimator : estimation::without_map(vehicle.estimator),
+              .journal = keeps_journal()},
+             clock, signals, bus, ports),
         estimator({.rate_hz = vehicle.live.rate_hz,
                    .thread = {.name = "estimator",
                               .fifo_priority = vehicle.live.priority,
@@ -113,7 +115,9 @@ struct LiveProcess::Impl {
       return;
     }
     journal.emplace(vehicle.live.journal, static_cast<std::size_t>(vehicle.live.journal_mb) << 20,
-                    JournalWriter::Origin{options.version, options.vehicle_yaml});
+                    JournalWriter::Origin{.version = options.version,
+                                          .vehicle_yaml = options.vehicle_yaml,
+                                          .with_map = options.map.has_value()});
     recorded_sets.emplace(kRecordedMatchSets);
     recorder.emplace(*journal, *recorded_sets, ports.journal);
   }
@@ -229,9 +233,9 @@ struct LiveProcess::Impl {
     started = true;
   }
 
-  bool stop() {
+  StillRunning stop() {
     if (!started || stopped) {
-      return true;
+      return {};
     }
     stopped = true;
     // Sources first, so that nothing that was taken in is lost on its way out.
@@ -244,17 +248,21 @@ struct LiveProcess::Impl {
     eventfd_write(wake.fd(), 1);
     publisher_thread->join();
     stop_last_pose.store(true, std::memory_order_release);
-    for (int i = 0; i < 100 && !rest_has_ended(); ++i) {
+    const auto running = [](const std::optional<realtime::Thread>& thread,
+                            const std::atomic<bool>& done) {
+      return thread && !done.load(std::memory_order_acquire);
+    };
+    StillRunning still;
+    for (int ms = 0; ms < 2000; ++ms) {
+      still = {.matcher = running(matcher_thread, matcher_done),
+               .disk = running(recorder_thread, recorder_done) ||
+                       running(last_pose_thread, last_pose_done)};
+      if (!still.disk && (!still.matcher || ms >= 50)) {
+        break;
+      }
       std::this_thread::sleep_for(1ms);
     }
-    return rest_has_ended();
-  }
-
-  /// Those that a disk or a long frame can hold up.
-  [[nodiscard]] bool rest_has_ended() const {
-    return (!recorder_thread || recorder_done.load(std::memory_order_acquire)) &&
-           (!last_pose_thread || last_pose_done.load(std::memory_order_acquire)) &&
-           (!matcher_thread || matcher_done.load(std::memory_order_acquire));
+    return still;
   }
 
   config::VehicleConfig vehicle;
@@ -306,7 +314,7 @@ LiveProcess::~LiveProcess() { impl_->stop(); }
 
 const std::vector<std::string>& LiveProcess::warnings() const { return impl_->warnings; }
 void LiveProcess::start() { impl_->start(); }
-bool LiveProcess::stop() { return impl_->stop(); }
+LiveProcess::StillRunning LiveProcess::stop() { return impl_->stop(); }
 bool LiveProcess::stop_requested() const {
   return impl_->stop_requested.load(std::memory_order_acquire);
 }

@@ -4,6 +4,7 @@
 
 #include "topoloc/can/can_receiver.hpp"
 #include "topoloc/drive/drive.hpp"
+#include "topoloc/live/journal.hpp"
 #include "topoloc/live/last_pose.hpp"
 #include "topoloc/map/map_file.hpp"
 #include "topoloc/matching/map_matcher.hpp"
@@ -165,7 +166,14 @@ Check check_journal(const config::LiveConfig& live) {
   }
   // That of the run before is kept, too.
   const std::uintmax_t wanted_mb = 2 * static_cast<std::uintmax_t>(live.journal_mb);
-  const std::uintmax_t free_mb = std::filesystem::space(existing).available >> 20;
+  std::uintmax_t to_be_replaced = 0;
+  for (const auto& folder : {live.journal, live.journal / "previous"}) {
+    for (const std::filesystem::path& file : journal_files(folder)) {
+      to_be_replaced += std::filesystem::file_size(file);
+    }
+  }
+  const std::uintmax_t free_mb =
+      (std::filesystem::space(existing).available + to_be_replaced) >> 20;
   if (free_mb < wanted_mb) {
     return warning(
         fmt::format("{}: {} MB are free, up to {} MB are used: make room or lower "

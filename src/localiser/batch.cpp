@@ -109,7 +109,13 @@ class FramePipeline {
       : log_(log),
         options_(options),
         matcher_(drive.vehicle.matching, map, drive.vehicle.camera.kalibr.calibration,
-                 drive.vehicle.camera.kalibr.T_imu_cam, drive::read_mask(drive.vehicle.camera)) {}
+                 drive.vehicle.camera.kalibr.T_imu_cam, drive::read_mask(drive.vehicle.camera)) {
+    if (options.effort > matcher_.least_effort()) {
+      throw std::runtime_error(
+          "effort 2 needs a model for half of the image's rows (docs/models.md), which is not "
+          "there");
+    }
+  }
 
   /// Matches the frames up to now with the prediction for their time.
   void take_frames(std::int64_t now_ns, const estimation::Estimator& estimator,
@@ -202,7 +208,8 @@ void note_updates(std::span<const estimation::MapUpdateReport> reports, BatchRes
 
 BatchResult run_batch(const drive::Drive& drive, drive::FrameLog* frames, const map::MapFile* map,
                       const BatchOptions& options, const BatchObserver& observer) {
-  estimation::EstimatorConfig config = drive.vehicle.estimator;
+  estimation::EstimatorConfig config =
+      map != nullptr ? drive.vehicle.estimator : estimation::without_map(drive.vehicle.estimator);
   config.use_speed = config.use_speed && options.use_speed;
   if (config.use_speed && drive.speed.empty()) {
     throw std::runtime_error(

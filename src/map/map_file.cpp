@@ -273,6 +273,9 @@ bool MapFile::node_intact(std::size_t i) const {
 }
 
 void MapFile::prefetch(std::size_t i) const {
+  if (!file_.unchanged()) {
+    return;
+  }
   const std::span<const std::byte> bytes = block(i);
   if (bytes.empty()) {
     return;

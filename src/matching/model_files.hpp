@@ -13,6 +13,7 @@ namespace topoloc::matching {
 
 /// <extractor>_<width>x<height>_n<max_features>.onnx
 std::filesystem::path extractor_file(const MatchingConfig& config);
+/// Whether extractor_file() would find it.
 bool has_extractor_file(const MatchingConfig& config);
 
 /// The configuration for half of the rows, rounded up to the 32 pixels that networks need, and half

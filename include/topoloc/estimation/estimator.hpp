@@ -56,6 +56,10 @@ struct EstimatorConfig {
   bool use_speed = true;
 };
 
+/// The same for a run without a map: the filter's velocity then is that over the ground, which does
+/// not wander against it.
+EstimatorConfig without_map(EstimatorConfig config);
+
 /// Where the vehicle is said to be at the start; uncertainty from InitialUncertainty.
 struct InitialPose {
   std::int64_t time_ns = 0;

@@ -19,12 +19,15 @@ struct ImuNoise {
 /// in it at another velocity than over the ground. They differ by a share of the speed, a
 /// first-order Gauss-Markov process along the way. The filter's velocity is that in the map.
 struct MapWander {
-  double share = 0.0075;   ///< per axis, one standard deviation (tools/oxts_noise.py)
+  /// Of the speed, per axis, one standard deviation. The default is that of maps made with KITTI's
+  /// GNSS/INS (tools/oxts_noise.py); 0 for a map of the true motion.
+  double share = 0.0075;
   double length_m = 16.0;  ///< after this way 1/e of a drift is left
 };
 
-/// The noise with what the map's wander does to the velocity at this speed, as white acceleration:
-/// sigma = share v changes within tau = length / v, so the density is sigma sqrt(2 / tau).
+/// `speed_mps`: magnitude. The noise with what the map's wander does to the velocity at this speed,
+/// as white acceleration: sigma = share v changes within tau = length / v, so the density is sigma
+/// sqrt(2 / tau).
 ImuNoise with_wander(const ImuNoise& noise, const MapWander& wander, double speed_mps);
 
 /// Specific force and angular rate taken as constant over one propagation step, biases not removed.

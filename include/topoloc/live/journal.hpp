@@ -21,6 +21,7 @@ class JournalWriter {
   struct Origin {
     std::string version;       ///< of the program
     std::string vehicle_yaml;  ///< text of the configuration
+    bool with_map = true;      ///< or dead reckoning
   };
 
   /// Makes the folder if needed. The journal of the run before moves into its folder "previous"
@@ -53,12 +54,16 @@ struct JournalSummary {
   std::uint64_t lost_match_sets = 0;  ///< named by a tick, not found
   std::uint64_t unreadable = 0;       ///< messages, and places where the files are damaged
   std::string vehicle_yaml;           ///< text of the configuration it was recorded with
+  bool with_map = true;               ///< whether the run had one
 
   /// An estimator of the same configuration gives what the live one gave, bit for bit.
   [[nodiscard]] bool is_exact() const {
     return left_out + lost_ticks + lost_match_sets + unreadable == 0;
   }
 };
+
+/// The files of a journal in the order of their numbers; none where there is no folder.
+std::vector<std::filesystem::path> journal_files(const std::filesystem::path& folder);
 
 /// Feeds the ticks of a journal, in their order, to `take` (with the match set that the tick names,
 /// or null). Throws std::runtime_error that names the folder if there is no journal or nothing in

@@ -38,10 +38,14 @@ class LiveProcess {
   [[nodiscard]] const std::vector<std::string>& warnings() const;
 
   void start();
-  /// Last estimates and a last status go out, the journal is closed. Returns within some 150 ms;
-  /// false if by then a matcher is in the middle of a frame or a disk hangs: then only a quick exit
-  /// of the whole program is clean.
-  bool stop();
+  /// What stop() could not wait for: then only a quick exit of the whole program is clean.
+  struct StillRunning {
+    bool matcher = false;  ///< in the middle of a frame, of which nothing is wanted any more
+    bool disk = false;     ///< the end of the journal or the last pose is not written
+  };
+  /// Last estimates and a last status go out, the journal is closed. Takes some 100 ms, but for a
+  /// disk that hangs: it is given 2 s.
+  StillRunning stop();
 
   /// An LCM command asked for the end.
   [[nodiscard]] bool stop_requested() const;

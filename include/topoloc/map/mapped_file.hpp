@@ -20,9 +20,10 @@ class MappedFile {
 
   [[nodiscard]] std::span<const std::byte> bytes() const { return bytes_; }
 
-  /// False once someone has written to the file, or cut it short: pages that are not there any more
-  /// end a process that reads them. One system call. (A file that is replaced, by mv, is not
-  /// changed: the old one stays as long as it is mapped.)
+  /// False once someone has written to the file, touched it or cut it short: pages that are not
+  /// there any more end a process that reads them. One system call; between it and the reading a
+  /// moment is left. (A file that is replaced, by mv, is not changed: the old one stays as long as
+  /// it is mapped.)
   [[nodiscard]] bool unchanged() const;
 
  private:

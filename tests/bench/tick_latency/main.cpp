@@ -9,6 +9,7 @@
 #include "topoloc/realtime/memory_lock.hpp"
 #include "topoloc/realtime/thread.hpp"
 
+#include "common/run_app.hpp"
 #include "support/camera_scene.hpp"
 #include "support/scripted_bus.hpp"
 
@@ -187,9 +188,10 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0, 99))
       ->capture_default_str();
   app.add_option("--cpu", options.cpu, "CPU to run on; default: any")->check(CLI::Range(0, 1023));
-  CLI11_PARSE(app, argc, argv);
-  topoloc::live::TickBench bench(options);
-  bench.run();
-  fmt::print("{}\n", bench.result().dump(2));
-  return 0;
+  return topoloc::apps::run_app(app, "topoloc-tick-latency", argc, argv, [&] {
+    topoloc::live::TickBench bench(options);
+    bench.run();
+    fmt::print("{}\n", bench.result().dump(2));
+    return topoloc::apps::kDone;
+  });
 }
