@@ -155,6 +155,7 @@ class Estimator {
   void start_if_ready();
   void forget_time_line();
   [[nodiscard]] bool believes_time(const ImuSample& sample);
+  void take_in_order(std::span<const SpeedSample> speed, std::span<const ImuSample> imu);
   void take_imu(const ImuSample& sample);
   void take_speed(const SpeedSample& sample);
   void take_matches(const MapMatchSet& set);

@@ -366,6 +366,26 @@ TEST(Estimator, CountsEveryDatum) {
   EXPECT_EQ(count(c.matches, InsertVerdict::kInserted), c.map_accepted + c.map_rejected);
 }
 
+TEST(Estimator, TakesAllThatComesAtOnceAfterAStall) {
+  StraightRun run;
+  run.start();
+  run.run(1.0, false);
+  std::vector<ImuSample> imu;
+  std::vector<SpeedSample> speed;
+  for (double t = 1.0; t < 3.5; t += 0.05) {  // longer than the history
+    imu.push_back(StraightDrive::imu(t));
+    speed.push_back(run.drive.speed(t + 0.001));
+  }
+  const Estimate estimate = run.estimator.tick(
+      StraightDrive::at(3.5), {.imu = imu, .speed = speed, .matches = {}, .initial_pose = {}});
+  const Counters& c = estimate.counters;
+  EXPECT_EQ(count(c.imu, InsertVerdict::kInserted) + count(c.imu, InsertVerdict::kBeforeStart),
+            sum(c.imu));
+  EXPECT_EQ(count(c.speed, InsertVerdict::kInserted) + count(c.speed, InsertVerdict::kBeforeStart),
+            sum(c.speed));
+  EXPECT_NEAR(estimate.state.p_world_imu.x(), run.drive.pose(3.5).p.x(), 0.1);
+}
+
 TEST(Estimator, CountsMatchSetsAsTheyAreJudged) {
   StraightRun run;
   run.start();
