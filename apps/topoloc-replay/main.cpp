@@ -250,7 +250,8 @@ int main(int argc, char** argv) {
   app.add_option("--speed", options.speed, "Times as fast as recorded")
       ->check(CLI::Range(0.01, 100.0))
       ->capture_default_str();
-  app.add_flag("--loop", options.loop, "Play it again and again: stamps go on, the place as the drive has it");
+  app.add_flag("--loop", options.loop,
+               "Play it again and again: stamps go on, the place as the drive has it");
   app.add_option("--start-seconds", options.start_s, "Start so long after the first CAN frame")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();

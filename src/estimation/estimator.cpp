@@ -298,10 +298,11 @@ void Estimator::read_reports() {
     if (report_count_ < reports_.size()) {
       reports_[report_count_++] = report;
     }
+    auto& counts = estimate_.counters.map;
+    ++counts[static_cast<std::size_t>(report.result.verdict)];
+    counts[static_cast<std::size_t>(report.before)] -= report.revised ? 1 : 0;
     if (report.result.verdict == MapVerdict::kAccepted) {
       count_uses(report);
-      ++estimate_.counters.map_accepted;
-      estimate_.counters.map_rejected -= report.revised ? 1 : 0;
       consecutive_rejections_ = 0;
       last_fix_ns_ = std::max(last_fix_ns_, report.frame_time_ns);
       has_fix_ = true;
@@ -309,9 +310,7 @@ void Estimator::read_reports() {
       estimate_.last_jump_m = report.jump_m;
       continue;
     }
-    ++estimate_.counters.map_rejected;
     if (report.revised) {
-      --estimate_.counters.map_accepted;
       continue;
     }
     const bool contradicts = report.result.verdict == MapVerdict::kTooFewInGate ||
