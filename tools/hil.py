@@ -213,7 +213,7 @@ BOOKS = [
     Book("camera messages", "images.ok", ["images.wrong_size", *FRAME_STAMPS]),
     Book("camera frames", "frames.accepted", FRAME_FATES, under_way=1),
     Book("match sets", "frames.matched", ["match_sets.*"], under_way=4),
-    Book("map updates", "match_sets.inserted", ["map.accepted", "map.rejected"], under_way=4),
+    Book("map updates", "match_sets.inserted", ["map.*"], under_way=4),
 ]  # fmt: skip
 
 

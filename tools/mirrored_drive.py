@@ -105,9 +105,9 @@ class Leg:
     def at(self, time_s: Array) -> tuple[Array, Array, Array]:
         """Progress and its first two derivatives; standing before and after."""
         second_half = time_s > 0.5 * self.duration_s
-        since_end = np.where(second_half, self.duration_s - time_s, time_s)
-        x = np.clip(since_end / RAMP_S, 0.0, 1.0)
-        way = RAMP_S * (x**3 - 0.5 * x**4) + np.maximum(since_end - RAMP_S, 0.0)
+        from_halt = np.where(second_half, self.duration_s - time_s, time_s)
+        x = np.clip(from_halt / RAMP_S, 0.0, 1.0)
+        way = RAMP_S * (x**3 - 0.5 * x**4) + np.maximum(from_halt - RAMP_S, 0.0)
         rate = 3.0 * x**2 - 2.0 * x**3
         change = 6.0 * x * (1.0 - x) / RAMP_S
         return (
@@ -153,8 +153,8 @@ class ThereAndBack:
 
     def at(self, time_s: Array) -> tuple[Array, Array, Array]:
         """Progress of the recorded time, and its first two derivatives."""
-        there = self._leg.at(np.clip(time_s - self._forward_s, 0.0, self._leg.duration_s))
-        back = self._leg.at(np.clip(time_s - self._back_s, 0.0, self._leg.duration_s))
+        there = self._leg.at(time_s - self._forward_s)
+        back = self._leg.at(time_s - self._back_s)
         progress, rate, change = (a - b for a, b in zip(there, back, strict=True))
         return self._from + progress, rate, change
 

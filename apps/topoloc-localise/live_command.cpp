@@ -41,8 +41,9 @@ void print_end(const live::ProcessStatus& status) {
   fmt::print(
       "stopped: {} estimates published, {} ticks missed, {} map fixes accepted, {} rejected, "
       "last mode {}\n",
-      status.publisher.published, cycles.missed, status.newest.estimate.counters.map_accepted,
-      status.newest.estimate.counters.map_rejected, estimation::name(status.newest.estimate.mode));
+      status.publisher.published, cycles.missed, status.newest.estimate.counters.map_accepted(),
+      status.newest.estimate.counters.map_rejected(),
+      estimation::name(status.newest.estimate.mode));
 }
 
 }  // namespace

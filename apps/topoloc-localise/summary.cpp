@@ -77,8 +77,8 @@ nlohmann::json summary(const Drive& drive, const FrameLog* frames, const BatchRe
   return {
       {"ticks", result.estimates},
       {"frames", result.frames.size()},
-      {"map_updates_accepted", c.map_accepted},
-      {"map_updates_rejected", c.map_rejected},
+      {"map_updates_accepted", c.map_accepted()},
+      {"map_updates_rejected", c.map_rejected()},
       {"doubts", c.doubts},
       {"imu_gaps", c.imu_gaps},
       {"median_inliers", median(inliers)},

@@ -78,12 +78,7 @@ const Estimate& Estimator::tick(std::int64_t now_ns, const TickInputs& inputs) {
   // All that came together is computed once, so that the work of a tick has a bound: the history
   // gone over, and once more for each time the filter doubts itself.
   history_.hold();
-  for (const SpeedSample& sample : inputs.speed) {
-    take_speed(sample);
-  }
-  for (const ImuSample& sample : inputs.imu) {
-    take_imu(sample);
-  }
+  take_in_order(inputs.speed, inputs.imu);
   for (const MapMatchSet* set : inputs.matches) {
     take_matches(*set);
   }
@@ -185,6 +180,19 @@ bool Estimator::believes_time(const ImuSample& sample) {
     imu_time_line_.add(sample.time_ns);
   }
   return verdict != TimeLine::Verdict::kLeaptAhead;
+}
+
+// After a stall, a tick has the data of seconds: speeds far ahead of the inertial data would be
+// refused, although what they wait for is there.
+void Estimator::take_in_order(std::span<const SpeedSample> speed, std::span<const ImuSample> imu) {
+  auto next = speed.begin();
+  for (const ImuSample& sample : imu) {
+    for (; next != speed.end() && next->time_ns <= sample.time_ns; ++next) {
+      take_speed(*next);
+    }
+    take_imu(sample);
+  }
+  std::for_each(next, speed.end(), [this](const SpeedSample& sample) { take_speed(sample); });
 }
 
 void Estimator::take_imu(const ImuSample& sample) {
@@ -295,10 +303,11 @@ void Estimator::read_reports() {
     if (report_count_ < reports_.size()) {
       reports_[report_count_++] = report;
     }
+    auto& counts = estimate_.counters.map;
+    ++counts[static_cast<std::size_t>(report.result.verdict)];
+    counts[static_cast<std::size_t>(report.before)] -= report.revised ? 1 : 0;
     if (report.result.verdict == MapVerdict::kAccepted) {
       count_uses(report);
-      ++estimate_.counters.map_accepted;
-      estimate_.counters.map_rejected -= report.revised ? 1 : 0;
       consecutive_rejections_ = 0;
       last_fix_ns_ = std::max(last_fix_ns_, report.frame_time_ns);
       has_fix_ = true;
@@ -306,9 +315,7 @@ void Estimator::read_reports() {
       estimate_.last_jump_m = report.jump_m;
       continue;
     }
-    ++estimate_.counters.map_rejected;
     if (report.revised) {
-      --estimate_.counters.map_accepted;
       continue;
     }
     const bool contradicts = report.result.verdict == MapVerdict::kTooFewInGate ||

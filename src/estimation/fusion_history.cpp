@@ -417,9 +417,9 @@ void FusionHistory::apply(int i, NominalState& x, Covariance& P) {
       const MapUpdateResult result =
           map_update_.apply(map_sets_[static_cast<std::size_t>(e.map_slot)], x, P);
       const bool accepted = result.verdict == MapVerdict::kAccepted;
-      if (!e.told || accepted != e.accepted) {
+      if (!e.told || accepted != (e.told_verdict == MapVerdict::kAccepted)) {
         make_report(e, (x.p_world_imu - p_before).norm(), result);
-        e.accepted = accepted;
+        e.told_verdict = result.verdict;
       }
       break;
     }
@@ -448,6 +448,7 @@ void FusionHistory::make_report(const Event& e, double jump_m, const MapUpdateRe
   const MapMatchSet& set = map_sets_[static_cast<std::size_t>(e.map_slot)];
   reports_[static_cast<std::size_t>(report_count_)] = {.frame_time_ns = e.time_ns,
                                                        .revised = e.told,
+                                                       .before = e.told_verdict,
                                                        .node_ids = {},
                                                        .node_count = set.node_count,
                                                        .jump_m = jump_m,

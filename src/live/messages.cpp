@@ -63,8 +63,8 @@ estimate_t to_estimate(const TickOutput& output) {
   m.since_fix_m = e.since_fix_m;
   m.last_jump_m = e.last_jump_m;
   m.resets = static_cast<std::int64_t>(e.counters.starts);
-  m.map_accepted = static_cast<std::int64_t>(e.counters.map_accepted);
-  m.map_rejected = static_cast<std::int64_t>(e.counters.map_rejected);
+  m.map_accepted = static_cast<std::int64_t>(e.counters.map_accepted());
+  m.map_rejected = static_cast<std::int64_t>(e.counters.map_rejected());
   m.data_rejected =
       static_cast<std::int64_t>(turned_away(e.counters.imu) + turned_away(e.counters.speed) +
                                 turned_away(e.counters.matches));

@@ -146,8 +146,8 @@ void fill_status(const ProcessStatus& status, status_t& message) {
   list.add("filter.imu_gaps", c.imu_gaps);
   list.add("filter.doubts", c.doubts);
   list.add("filter.breakdowns", c.breakdowns);
-  list.add("map.accepted", c.map_accepted);
-  list.add("map.rejected", c.map_rejected);
+  list.add_each<estimation::MapVerdict>(
+      "map", c.map, [](estimation::MapVerdict v) { return estimation::name(v); });
 
   const ReceiverStatus& receiver = status.receiver;
   list.add_each<transport::ImageVerdict>(

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstdint>
+#include <numeric>
 #include <optional>
 #include <span>
 
@@ -105,11 +106,15 @@ struct Counters {
   std::uint64_t initial_pose_rejected = 0;  ///< not finite, not a rotation, or too old
   std::uint64_t speed_unused = 0;           ///< speeds that came while use_speed is off
   std::uint64_t speed_gate_rejected = 0;
-  std::uint64_t map_accepted = 0;
-  std::uint64_t map_rejected = 0;
+  std::array<std::uint64_t, kMapVerdictCount> map{};  ///< match sets inserted, by MapVerdict
   std::uint64_t imu_gaps = 0;
   std::uint64_t breakdowns = 0;  ///< times the state was not finite and was given up
   std::uint64_t doubts = 0;      ///< times the pose or the velocity was given more uncertainty
+
+  [[nodiscard]] std::uint64_t map_accepted() const { return map.front(); }
+  [[nodiscard]] std::uint64_t map_rejected() const {
+    return std::reduce(map.begin() + 1, map.end());
+  }
 };
 
 /// State of now, with what is needed to judge it.
@@ -159,6 +164,7 @@ class Estimator {
   void start_if_ready();
   void forget_time_line();
   [[nodiscard]] bool believes_time(const ImuSample& sample);
+  void take_in_order(std::span<const SpeedSample> speed, std::span<const ImuSample> imu);
   void take_imu(const ImuSample& sample);
   void take_speed(const SpeedSample& sample);
   void take_matches(const MapMatchSet& set);

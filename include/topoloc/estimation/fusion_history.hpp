@@ -67,7 +67,8 @@ struct AddedUncertainty {
 /// having been rejected, or the other way round, once an earlier measurement has come in late.
 struct MapUpdateReport {
   std::int64_t frame_time_ns = 0;
-  bool revised = false;  ///< the set was told of before, with the other outcome
+  bool revised = false;  ///< the set was told of before, with the other outcome:
+  MapVerdict before = MapVerdict::kAccepted;
   std::array<std::uint32_t, kMaxMatchedNodes> node_ids{};
   int node_count = 0;
   double jump_m = 0.0;  ///< how far the update moved the position at the frame's time
@@ -145,8 +146,8 @@ class FusionHistory {
   struct Event {
     std::int64_t time_ns = 0;
     Kind kind = Kind::kImu;
-    bool told = false;      ///< its report was made
-    bool accepted = false;  ///< what was told
+    bool told = false;  ///< its report was made
+    MapVerdict told_verdict = MapVerdict::kAccepted;
     int map_slot = -1;
     double speed_mps = 0.0;                                    ///< kSpeed
     AddedUncertainty added{};                                  ///< kUncertainty

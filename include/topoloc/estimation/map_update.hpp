@@ -6,6 +6,7 @@
 #include "topoloc/estimation/measurements.hpp"
 
 #include <array>
+#include <cstddef>
 #include <vector>
 
 namespace topoloc::estimation {
@@ -32,6 +33,7 @@ enum class MapVerdict {
   kInnovationTooLarge,  ///< the correction is not believable under the prior covariance
   kNotFinite,           ///< NaN in the input or a breakdown of the numbers
 };
+inline constexpr std::size_t kMapVerdictCount = 5;
 const char* name(MapVerdict verdict);
 
 /// What a caller needs to judge an update. The state is touched only if accepted.

@@ -126,7 +126,7 @@ TEST_F(EstimatorUnderTraps, NeitherAllocatesNorLocksWithEverythingFull) {
     const bool reaches_back = estimator.state_at(tick.now_ns - 900'000'000, P).has_value();
     ring_full = ring_full || (k > 250 && !reaches_back);
   }
-  EXPECT_EQ(estimate.counters.map_accepted, sets.size());
+  EXPECT_EQ(estimate.counters.map_accepted(), sets.size());
   EXPECT_GE(told, sets.size());
   EXPECT_TRUE(ring_full);
   EXPECT_NEAR(estimate.state.p_world_imu.x(), drive.speed_mps * kTick_s * 600, 1.0);
@@ -212,7 +212,7 @@ TEST_F(EstimatorUnderTraps, CyclicThreadRunsOnRingsAloneWithoutPageFaults) {
   EXPECT_GE(done, kTicks);
   EXPECT_FALSE(went_back);
   EXPECT_GE(sets, 1U);
-  EXPECT_EQ(last.counters.map_accepted, sets);
+  EXPECT_EQ(last.counters.map_accepted(), sets);
   EXPECT_EQ(
       loop.stats().cycles + loop.stats().missed,
       static_cast<std::uint64_t>((loop.stats().last_woken_ns - loop.stats().first_deadline_ns) /

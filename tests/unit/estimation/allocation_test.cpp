@@ -79,8 +79,8 @@ TEST(Estimator, DoesNotAllocateAfterConstruction) {
     allocations += trap.count();
   }
   EXPECT_EQ(allocations, 0U);
-  EXPECT_GT(estimate.counters.map_accepted, 10U);
-  EXPECT_GE(estimate.counters.map_rejected, 1U);
+  EXPECT_GT(estimate.counters.map_accepted(), 10U);
+  EXPECT_GE(estimate.counters.map_rejected(), 1U);
   EXPECT_GE(estimate.counters.doubts, 1U);
 }
 

@@ -199,8 +199,8 @@ TEST(Estimator, TracksTheDriveWithLateFrames) {
   const Estimate estimate = run.run(5.0, true);
   EXPECT_EQ(estimate.mode, Mode::kTracking);
   EXPECT_EQ(estimate.reasons, 0U);
-  EXPECT_GT(estimate.counters.map_accepted, 45U);
-  EXPECT_EQ(estimate.counters.map_rejected, 0U);
+  EXPECT_GT(estimate.counters.map_accepted(), 45U);
+  EXPECT_EQ(estimate.counters.map_rejected(), 0U);
   EXPECT_NEAR(estimate.state.p_world_imu.x(), 8.0 * 4.99, 0.05);
   EXPECT_LT(estimate.state.p_world_imu.tail<2>().norm(), 0.05);
   EXPECT_LT(estimate.since_fix_s, 0.3);
@@ -291,7 +291,7 @@ TEST(Estimator, WaitsForAPoseAfterTheClockWasSetAhead) {
 TEST(Estimator, TellsOfAFrameThatIsBelievedAfterAll) {
   StraightRun run;
   run.start();
-  const std::uint64_t accepted_before = run.run(3.0, true).counters.map_accepted;
+  const std::uint64_t accepted_before = run.run(3.0, true).counters.map_accepted();
   bool revised = false;
   for (int i = 0; i < 100 && !revised; ++i) {
     const Estimate& estimate = run.step(run.tick_count % 10 == 0, {0.0, 1.5, 0.0});
@@ -301,8 +301,8 @@ TEST(Estimator, TellsOfAFrameThatIsBelievedAfterAll) {
         EXPECT_EQ(report.result.verdict, MapVerdict::kAccepted);
         EXPECT_GT(report.jump_m, 0.1);
         EXPECT_EQ(estimate.last_jump_m, report.jump_m);
-        EXPECT_EQ(estimate.counters.map_accepted, accepted_before + 1);
-        EXPECT_EQ(estimate.counters.map_rejected, 4U);
+        EXPECT_EQ(estimate.counters.map_accepted(), accepted_before + 1);
+        EXPECT_EQ(estimate.counters.map_rejected(), 4U);
         EXPECT_LT(estimate.since_fix_s, 0.2);
       }
     }
@@ -318,7 +318,7 @@ TEST(Estimator, DoubtsItselfWhenFramesKeepContradicting) {
   const Vector3d offset(0.0, 1.5, 0.0);
   Estimate estimate = run.run(0.3, true, offset);
   EXPECT_EQ(estimate.reasons & reason::kMapContradicts, reason::kMapContradicts);
-  EXPECT_GE(estimate.counters.map_rejected, 2U);
+  EXPECT_GE(estimate.counters.map_rejected(), 2U);
   EXPECT_LT(std::abs(estimate.state.p_world_imu.y()), 0.1);
   estimate = run.run(2.0, true, offset);
   EXPECT_GE(estimate.counters.doubts, 1U);
@@ -363,7 +363,27 @@ TEST(Estimator, CountsEveryDatum) {
   EXPECT_EQ(sum(c.imu), ticks + imu.size());
   EXPECT_EQ(sum(c.speed), ticks + speed.size());
   EXPECT_EQ(sum(c.matches), frames + sets.size());
-  EXPECT_EQ(count(c.matches, InsertVerdict::kInserted), c.map_accepted + c.map_rejected);
+  EXPECT_EQ(count(c.matches, InsertVerdict::kInserted), c.map_accepted() + c.map_rejected());
+}
+
+TEST(Estimator, TakesAllThatComesAtOnceAfterAStall) {
+  StraightRun run;
+  run.start();
+  run.run(1.0, false);
+  std::vector<ImuSample> imu;
+  std::vector<SpeedSample> speed;
+  for (double t = 1.0; t < 3.5; t += 0.05) {  // longer than the history
+    imu.push_back(StraightDrive::imu(t));
+    speed.push_back(run.drive.speed(t + 0.001));
+  }
+  const Estimate estimate = run.estimator.tick(
+      StraightDrive::at(3.5), {.imu = imu, .speed = speed, .matches = {}, .initial_pose = {}});
+  const Counters& c = estimate.counters;
+  EXPECT_EQ(count(c.imu, InsertVerdict::kInserted) + count(c.imu, InsertVerdict::kBeforeStart),
+            sum(c.imu));
+  EXPECT_EQ(count(c.speed, InsertVerdict::kInserted) + count(c.speed, InsertVerdict::kBeforeStart),
+            sum(c.speed));
+  EXPECT_NEAR(estimate.state.p_world_imu.x(), run.drive.pose(3.5).p.x(), 0.1);
 }
 
 TEST(Estimator, CountsMatchSetsAsTheyAreJudged) {
@@ -374,7 +394,8 @@ TEST(Estimator, CountsMatchSetsAsTheyAreJudged) {
   const MapMatchSet* set = &run.matches;
   const Estimate estimate = run.estimator.tick(
       StraightDrive::at(1.0), {.imu = {}, .speed = {}, .matches = {&set, 1}, .initial_pose = {}});
-  EXPECT_EQ(estimate.counters.map_rejected, 1U);
+  EXPECT_EQ(estimate.counters.map_rejected(), 1U);
+  EXPECT_EQ(estimate.counters.map[static_cast<std::size_t>(MapVerdict::kTooFewMatches)], 1U);
   ASSERT_EQ(run.estimator.map_reports().size(), 1U);
   EXPECT_EQ(run.estimator.map_reports()[0].result.verdict, MapVerdict::kTooFewMatches);
   EXPECT_EQ(run.estimator.map_reports()[0].frame_time_ns, StraightDrive::at(0.95));
@@ -600,7 +621,7 @@ TEST(Estimator, AReusedNodeIsNotBelievedMoreAndMore) {
     estimate = run.estimator.tick(StraightDrive::at(t), run.inputs);
     run.inputs = {};
   }
-  EXPECT_GT(estimate.counters.map_accepted, 20U);
+  EXPECT_GT(estimate.counters.map_accepted(), 20U);
   for (int i = 3; i < 6; ++i) {
     EXPECT_GT(std::sqrt(estimate.P(i, i)), 0.68 * kNodeStd_m);
   }
@@ -623,7 +644,7 @@ TEST(Estimator, MatchSetsThatWereRefusedDoNotCountAsUsesOfTheirNode) {
     const Estimate& estimate = run.estimator.tick(StraightDrive::at(1.0), inputs);
     EXPECT_EQ(count(estimate.counters.matches, InsertVerdict::kTooOld),
               static_cast<std::uint64_t>(refused));
-    EXPECT_EQ(estimate.counters.map_accepted, 1U);
+    EXPECT_EQ(estimate.counters.map_accepted(), 1U);
     return std::sqrt(estimate.P(error_index::kP, error_index::kP));
   };
   EXPECT_EQ(std_after_fix(0), std_after_fix(5));
@@ -664,7 +685,7 @@ TEST(Estimator, GoesOverAFullHistoryOnceATickWhateverComesLate) {
       estimator.tick(samples.back().time_ns,
                      {.imu = samples, .speed = speeds, .matches = {&late, 1}, .initial_pose = {}});
   const std::uint64_t work = estimator.events_computed() - before;
-  EXPECT_EQ(estimate.counters.map_accepted, 1U);
+  EXPECT_EQ(estimate.counters.map_accepted(), 1U);
   EXPECT_EQ(count(estimate.counters.speed, InsertVerdict::kInserted), 150U + 64U);
   EXPECT_LE(work, static_cast<std::uint64_t>(config.history.capacity));
   EXPECT_GE(work, 500U);

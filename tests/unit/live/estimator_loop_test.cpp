@@ -163,7 +163,7 @@ TEST_F(EstimatorLoopTest, TakesOneMatchSetATickAndNamesItInTheJournal) {
     ASSERT_TRUE(ports_.journal.try_pop(input));
     EXPECT_EQ(input.match_set, number);
   }
-  EXPECT_EQ(tick(1).estimate.counters.map_rejected, 3U);  // without a match in them
+  EXPECT_EQ(tick(1).estimate.counters.map_rejected(), 3U);  // without a match in them
 }
 
 TEST_F(EstimatorLoopTest, CountsWhatSlowReadersDoNotTake) {
