@@ -99,7 +99,7 @@ class Checks:
         self.results: dict[str, dict[str, Any]] = {}
 
     def add(self, name: str, passed: bool, found: object) -> None:
-        self.results[name] = {"passed": passed, "found": found}
+        self.results[name] = {"passed": bool(passed), "found": found}  # numpy has its own bool
         print(f"{'ok    ' if passed else 'FAILED'} {name}: {found}", flush=True)
 
     @property
