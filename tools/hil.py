@@ -100,6 +100,7 @@ class Checks:
 
     def add(self, name: str, passed: bool, found: object, judged: bool = True) -> None:
         """`judged`: false where a failure may be the machine's."""
+        passed = bool(passed)  # numpy has its own
         self.results[name] = {"passed": passed, "judged": passed or judged, "found": found}
         verdict = "ok" if passed else "FAILED" if judged else "NOT JUDGED"
         print(f"{verdict:6} {name}: {found}", flush=True)

@@ -51,8 +51,9 @@ EXAMPLES = """examples:
 SETTLED_S = 60.0
 JUDGED_FROM_S = 20 * 60.0
 MAX_SLOPE_MB_PER_H = 1.0
+ONCE_MB = 1.0  # what is taken once and kept; the slope does not see it
 MIN_TRACKING_SHARE = 0.9
-MAX_ERROR_M = 0.6
+MAX_ERROR_M = 0.3  # 99 % of the time
 JOURNAL_MB = 16  # little: its ring of files goes round all the time
 TRACKING = 1
 
@@ -106,6 +107,10 @@ def check_held(checks: Checks, held: Held, seconds: float) -> None:
         f"{slope:+.3f} MB/h; {held.rss_anon_mb[0]:.1f} MB at first, {held.rss_anon_mb[-1]:.1f} MB "
         f"at last, {held.rss_anon_mb.min():.1f} to {held.rss_anon_mb.max():.1f} MB",
     )
+    tenth = max(1, len(held.time_s) // 10)
+    growth = float(np.median(held.rss_anon_mb[-tenth:]) - np.median(held.rss_anon_mb[:tenth]))
+    limit = ONCE_MB + MAX_SLOPE_MB_PER_H * seconds / 3600.0
+    checks.add("RssAnon's growth", growth <= limit, f"{growth:+.2f} of {limit:.2f} MB")
     for name, values in (("threads", held.threads), ("open files", held.files)):
         checks.add(name, values.min() == values.max(), f"{values.min():.0f} to {values.max():.0f}")
 
@@ -143,12 +148,14 @@ def check_estimates(checks: Checks, errors: Errors) -> None:
         errors.tracking_share >= MIN_TRACKING_SHARE,
         f"{100 * errors.tracking_share:.2f} % of the time",
     )
+    # A machine that stalls for seconds gives the replay's data the wrong times.
+    usual, most, nearly_all = np.quantile(errors.error_m, [0.5, 0.99, 0.999])
     worst = int(np.argmax(errors.error_m))
     checks.add(
         "position",
-        bool(errors.error_m[worst] <= MAX_ERROR_M),
-        f"{np.mean(errors.error_m):.3f} m off on average, at worst {errors.error_m[worst]:.3f} m "
-        f"({errors.time_s[worst]:.0f} s)",
+        most <= MAX_ERROR_M,
+        f"{usual:.3f} m off (median), {most:.3f} m (99 %), {nearly_all:.3f} m (99.9 %), at worst "
+        f"{errors.error_m[worst]:.3f} m ({errors.time_s[worst]:.0f} s)",
     )
 
 
@@ -163,7 +170,7 @@ def draw(path: Path, held: Held, published: Published, errors: Errors) -> None:
     for name in ("p50", "p99", "p999", "max"):
         latency.semilogy(minutes, [getattr(s, f"{name}_us") for s in ticks], label=name)
     latency.set_ylabel("tick since the start [us]")
-    latency.legend(loc="upper left")
+    latency.legend(loc="lower right")
     error.plot(errors.time_s / 60, errors.error_m, linewidth=0.5)
     error.set_ylabel("position error [m]")
     error.set_xlabel("time [min]")
