@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: 2026 The topoloc authors
-"""How accurate the pose of now can be when matches come late: what a matcher without error leaves with the estimator's models.
+"""How accurate the pose of now can be when matches come late, with the estimator's own models.
 
 The reference's own position is the fix, without error, up to a delay ago; from there the measured
 specific force and speed of the drive lead on, turned by the reference's own attitude. A Kalman
