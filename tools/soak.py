@@ -127,13 +127,13 @@ class Errors:
         start = replay["start"]
         since_ns = np.array([e.utime * 1000 - start["unix_ns"] for e in published.estimates])
         drive_ns = start["recorded_ns"] + since_ns % replay["lap_ns"]
-        running = (since_ns >= 0) & (drive_ns <= truth.time_ns[-1])
-        true_p, _ = truth.at(drive_ns[running])
-        found = np.array([e.position for e in published.estimates])[running]
-        self.time_s: Floats = 1e-9 * since_ns[running]
+        modes = np.array([e.mode for e in published.estimates])
+        self.tracking_share = float(np.mean(modes[since_ns >= 0] == TRACKING))
+        has_pose = (since_ns >= 0) & (modes != 0) & (drive_ns <= truth.time_ns[-1])
+        true_p, _ = truth.at(drive_ns[has_pose])
+        found = np.array([e.position for e in published.estimates])[has_pose]
+        self.time_s: Floats = 1e-9 * since_ns[has_pose]
         self.error_m: Floats = np.linalg.norm(found - true_p, axis=1)
-        modes = np.array([e.mode for e in published.estimates])[running]
-        self.tracking_share = float(np.mean(modes == TRACKING))
 
 
 def check_estimates(checks: Checks, errors: Errors) -> None:
