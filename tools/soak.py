@@ -52,6 +52,7 @@ JUDGED_FROM_S = 20 * 60.0
 MAX_SLOPE_MB_PER_H = 1.0
 MIN_TRACKING_SHARE = 0.9
 MAX_ERROR_M = 0.3  # 99 % of the time
+MAX_MISSED_SHARE = 0.01  # of the ticks: with more, time was short
 JOURNAL_MB = 16  # little: its ring of files goes round all the time
 TRACKING = 1
 
@@ -136,18 +137,18 @@ class Errors:
         self.error_m: Floats = np.linalg.norm(found - true_p, axis=1)
 
 
-def check_estimates(checks: Checks, errors: Errors) -> None:
+def check_estimates(checks: Checks, errors: Errors, judged: bool) -> None:
+    note = "" if judged else " (not judged, the machine does not keep up)"
     checks.add(
-        "tracking",
-        errors.tracking_share >= MIN_TRACKING_SHARE,
+        f"tracking{note}",
+        errors.tracking_share >= MIN_TRACKING_SHARE or not judged,
         f"{100 * errors.tracking_share:.2f} % of the time",
     )
-    # A machine that stalls for seconds gives the replay's data the wrong times.
     usual, most, nearly_all = np.quantile(errors.error_m, [0.5, 0.99, 0.999])
     worst = int(np.argmax(errors.error_m))
     checks.add(
-        "position",
-        most <= MAX_ERROR_M,
+        f"position{note}",
+        most <= MAX_ERROR_M or not judged,
         f"{usual:.3f} m off (median), {most:.3f} m (99 %), {nearly_all:.3f} m (99.9 %), at worst "
         f"{errors.error_m[worst]:.3f} m ({errors.time_s[worst]:.0f} s)",
     )
@@ -197,7 +198,10 @@ def main() -> int:
     check_ticks(checks, published, args.max_missed, all_recorded=False)
     check_inputs(checks, published, replay)
     check_journal_size(checks, out / "journal")
-    check_estimates(checks, errors)
+    # A machine that stalls gives the replay's data wrong times: in a short run, that is too much.
+    c = published.counters
+    keeps_up = c["ticks.missed"] <= MAX_MISSED_SHARE * (c["ticks.done"] + c["ticks.missed"])
+    check_estimates(checks, errors, keeps_up or seconds >= JUDGED_FROM_S)
     print_timing(published.timings[-1])
     draw(args.work / "soak.png", held, published, errors)
     print(f"\n{1e-9 * replay['lap_ns']:.1f} s a lap; over time: {args.work / 'soak.png'}")
