@@ -25,7 +25,16 @@ from typing import Any
 import numpy as np
 import yaml
 
-from hil import Checks, Published, bench_parser, is_sound, message_types, play, prepare
+from hil import (
+    MAX_MACHINE_MISSED,
+    Checks,
+    Published,
+    bench_parser,
+    is_sound,
+    message_types,
+    play,
+    prepare,
+)
 from node_pose_table import Truth
 
 EXAMPLES = """examples:
@@ -34,9 +43,7 @@ EXAMPLES = """examples:
 RECOVERY_S = 2.0
 MIN_TRACKING_SHARE = 0.95  # from then until the next fault
 MAX_ERROR_M = 0.6  # from two seconds after a fault until the next
-MAX_MACHINE_MISSED = 0.01  # share of periods: with more, there was no time, whatever the fault
 TRIES = 3
-NOT_JUDGED = 3  # exit code
 TRACKING = 1
 REASONS = {
     "no_imu": 1, "imu_gap": 2, "no_speed": 4, "no_map_fix": 8, "map_contradicts": 16,
@@ -257,13 +264,12 @@ def main() -> int:
         return 0
     bench = FaultBench(args)
     faults = [f for f in FAULTS if not args.only or f.kind in args.only]
-    results: dict[str, dict[str, Any]] = {}
+    checks = Checks()
     for number, run in enumerate(runs(faults, bench.drive_s)):
-        results |= bench.checked(number, run).results
+        checks.results |= bench.checked(number, run).results
     if args.json:
-        args.json.write_text(json.dumps(results, indent=2) + "\n")
-    failed = [r for r in results.values() if not r["passed"]]
-    return 0 if not failed else 1 if any(r["judged"] for r in failed) else NOT_JUDGED
+        args.json.write_text(json.dumps(checks.results, indent=2) + "\n")
+    return checks.exit_code
 
 
 if __name__ == "__main__":

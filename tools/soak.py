@@ -6,7 +6,8 @@
 Makes a closed drive of the recorded one (tools/mirrored_drive.py), plays it lap after lap, and
 checks: memory, threads and open files do not grow, the estimator's thread has no page fault, every
 tick and everything that came in is accounted for, and the vehicle is tracked all the time. What was
-found over time is drawn in WORK/soak.png. Exit code: 0 all checks passed, 1 not.
+found over time is drawn in WORK/soak.png. Exit code: 0 all checks passed, 1 not, 3 all but those
+that the machine had no time for.
 
 The slope of the memory is judged from 20 minutes on: what is taken once takes that long to tell
 from what goes on growing.
@@ -29,6 +30,7 @@ from scipy.stats import theilslopes
 from accuracy_table import run
 from freshness import outdated
 from hil import (
+    MAX_MACHINE_MISSED,
     ROOT,
     Checks,
     Published,
@@ -133,22 +135,22 @@ class Errors:
         start = replay["start"]
         since_ns = np.array([e.utime * 1000 - start["unix_ns"] for e in published.estimates])
         drive_ns = start["recorded_ns"] + since_ns % replay["lap_ns"]
-        running = (since_ns >= 0) & (drive_ns <= truth.time_ns[-1])
-        true_p, _ = truth.at(drive_ns[running])
-        found = np.array([e.position for e in published.estimates])[running]
-        self.time_s: Floats = 1e-9 * since_ns[running]
+        modes = np.array([e.mode for e in published.estimates])
+        self.tracking_share = float(np.mean(modes[since_ns >= 0] == TRACKING))
+        has_pose = (since_ns >= 0) & (modes != 0) & (drive_ns <= truth.time_ns[-1])
+        true_p, _ = truth.at(drive_ns[has_pose])
+        found = np.array([e.position for e in published.estimates])[has_pose]
+        self.time_s: Floats = 1e-9 * since_ns[has_pose]
         self.error_m: Floats = np.linalg.norm(found - true_p, axis=1)
-        modes = np.array([e.mode for e in published.estimates])[running]
-        self.tracking_share = float(np.mean(modes == TRACKING))
 
 
-def check_estimates(checks: Checks, errors: Errors) -> None:
+def check_estimates(checks: Checks, errors: Errors, judged: bool) -> None:
     checks.add(
         "tracking",
         errors.tracking_share >= MIN_TRACKING_SHARE,
         f"{100 * errors.tracking_share:.2f} % of the time",
+        judged,
     )
-    # A machine that stalls for seconds gives the replay's data the wrong times.
     usual, most, nearly_all = np.quantile(errors.error_m, [0.5, 0.99, 0.999])
     worst = int(np.argmax(errors.error_m))
     checks.add(
@@ -156,6 +158,7 @@ def check_estimates(checks: Checks, errors: Errors) -> None:
         most <= MAX_ERROR_M,
         f"{usual:.3f} m off (median), {most:.3f} m (99 %), {nearly_all:.3f} m (99.9 %), at worst "
         f"{errors.error_m[worst]:.3f} m ({errors.time_s[worst]:.0f} s)",
+        judged,
     )
 
 
@@ -199,18 +202,21 @@ def main() -> int:
     errors = Errors(published, Truth(drive / "ground_truth.tum"), replay)
 
     checks = Checks()
-    check_ends(checks, published, json.loads((out / "run.json").read_text()))
+    ended = json.loads((out / "run.json").read_text())
+    check_ends(checks, published, ended)
     check_held(checks, held.settled(), seconds)
     check_ticks(checks, published, args.max_missed, all_recorded=False)
     check_inputs(checks, published, replay)
     check_journal_size(checks, out / "journal")
-    check_estimates(checks, errors)
+    # A machine that stalls gives the replay's data wrong times: in a short run, that is too much.
+    had_time = ended["machine_missed_share"] <= MAX_MACHINE_MISSED
+    check_estimates(checks, errors, had_time or seconds >= JUDGED_FROM_S)
     print_timing(published.timings[-1])
     draw(args.work / "soak.png", held, published, errors)
     print(f"\n{1e-9 * replay['lap_ns']:.1f} s a lap; over time: {args.work / 'soak.png'}")
     if args.json:
         args.json.write_text(json.dumps(checks.results, indent=2) + "\n")
-    return 0 if checks.passed else 1
+    return checks.exit_code
 
 
 if __name__ == "__main__":
