@@ -38,14 +38,14 @@ bench-process: build
 	@cmake --build build/traps --target topoloc-localise
 
 hil: bench-process ## Vehicle process on a virtual CAN bus, in real time, with the recorded drive
-	@.venv/bin/python tools/hil.py
+	@.venv/bin/python tools/hil.py $(if $(DRIVE),--drive "$(DRIVE)")
 
 hil-faults: PRESET = release
 hil-faults: hil ## Every kind of fault through the real process on a virtual CAN bus
-	@.venv/bin/python tools/hil_faults.py
+	@.venv/bin/python tools/hil_faults.py $(if $(DRIVE),--drive "$(DRIVE)")
 
 soak: bench-process ## Vehicle process on a closed drive for an hour: memory, books of all inputs (MINUTES=60)
-	@.venv/bin/python tools/soak.py $(if $(MINUTES),--minutes "$(MINUTES)")
+	@.venv/bin/python tools/soak.py $(if $(DRIVE),--drive "$(DRIVE)") $(if $(MINUTES),--minutes "$(MINUTES)")
 
 bench: PRESET = release
 bench: build ## Run the benchmarks

@@ -15,6 +15,7 @@ import argparse
 import importlib
 import json
 import math
+import os
 import shutil
 import subprocess
 import sys
@@ -35,7 +36,7 @@ from freshness import outdated
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = """examples:
   make hil
-  tools/hil.py --drive ../shared/data/kitti_0039 --seconds 15 --json hil.json"""
+  .venv/bin/python tools/hil.py --drive ../shared/data/kitti_0039 --seconds 15 --json hil.json"""
 RATE_HZ = 200.0  # of the estimator
 MAX_APET_M = 0.12
 NO_VCAN = 125  # exit code of tools/with-vcan
@@ -342,7 +343,7 @@ def bench_parser(description: str | None, epilog: str) -> argparse.ArgumentParse
         epilog=epilog,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--drive", type=Path, default=ROOT / "../shared/data/kitti_0039")
+    parser.add_argument("--drive", type=Path, help="source of KITTI drive 0039; default: shared")
     parser.add_argument("--bins", type=Path, default=ROOT / "build/release/bin")
     parser.add_argument(
         "--localiser",
@@ -353,6 +354,19 @@ def bench_parser(description: str | None, epilog: str) -> argparse.ArgumentParse
     parser.add_argument("--work", type=Path, default=ROOT / "build/hil")
     parser.add_argument("--json", type=Path, help="checks and what they found, as JSON")
     return parser
+
+
+def has_drive(args: argparse.Namespace) -> bool:
+    """False where there is no shared drive and none was given."""
+    given = args.drive is not None
+    shared = Path(os.environ.get("TOPOLOC_DATA", ROOT / "../shared/data"))
+    args.drive = args.drive if given else shared / "kitti_0039"
+    if args.drive.is_dir():
+        return True
+    if given:
+        sys.exit(f"{args.drive}: no such folder")
+    print(f"skipped: {args.drive} is not there (give --drive or set TOPOLOC_DATA)")
+    return False
 
 
 def add_max_missed(parser: argparse.ArgumentParser) -> None:
@@ -369,8 +383,7 @@ def main() -> int:
     add_max_missed(parser)
     parser.add_argument("--seconds", type=float, default=1e5, help="only so much of the drive")
     args = parser.parse_args()
-    if not args.drive.is_dir():
-        print(f"skipped: {args.drive} is not there")
+    if not has_drive(args):
         return 0
     drive, built, vehicle = prepare(args)
     out = args.work / "run"

@@ -30,6 +30,7 @@ from hil import (
     Checks,
     Published,
     bench_parser,
+    has_drive,
     is_sound,
     message_types,
     play,
@@ -39,7 +40,7 @@ from node_pose_table import Truth
 
 EXAMPLES = """examples:
   make hil-faults
-  tools/hil_faults.py --only camera_freeze --only can_burst"""
+  .venv/bin/python tools/hil_faults.py --only camera_freeze --only can_burst"""
 RECOVERY_S = 2.0
 MIN_TRACKING_SHARE = 0.95  # from then until the next fault
 MAX_ERROR_M = 0.6  # from two seconds after a fault until the next
@@ -259,8 +260,7 @@ def main() -> int:
     parser = bench_parser(__doc__, EXAMPLES)
     parser.add_argument("--only", action="append", help="only this kind of fault (may be repeated)")
     args = parser.parse_args()
-    if not args.drive.is_dir():
-        print(f"skipped: {args.drive} is not there")
+    if not has_drive(args):
         return 0
     bench = FaultBench(args)
     faults = [f for f in FAULTS if not args.only or f.kind in args.only]

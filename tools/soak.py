@@ -39,6 +39,7 @@ from hil import (
     check_ends,
     check_inputs,
     check_ticks,
+    has_drive,
     message_types,
     play,
     prepare_map,
@@ -49,7 +50,7 @@ from node_pose_table import Truth
 
 EXAMPLES = """examples:
   make soak
-  tools/soak.py --minutes 1 --json soak.json"""
+  .venv/bin/python tools/soak.py --minutes 1 --json soak.json"""
 SETTLED_S = 60.0
 JUDGED_FROM_S = 20 * 60.0
 MAX_SLOPE_MB_PER_H = 1.0
@@ -188,8 +189,7 @@ def main() -> int:
     add_max_missed(parser)
     parser.add_argument("--minutes", type=float, default=60.0, help="default: %(default)s")
     args = parser.parse_args()
-    if not args.drive.is_dir():
-        print(f"skipped: {args.drive} is not there")
+    if not has_drive(args):
         return 0
     drive, built, vehicle = prepare(args)
     out = args.work / "soak"
