@@ -3,6 +3,7 @@
 #include "topoloc/live/preflight.hpp"
 
 #include "commands.hpp"
+#include "common/initial_pose.hpp"
 #include "common/text_file.hpp"
 #include "vehicle_options.hpp"
 
@@ -14,6 +15,9 @@
 namespace topoloc::apps {
 
 int check_vehicle(const Options& options) {
+  if (!options.initial_pose.empty()) {
+    (void)parse_initial_pose(options.initial_pose);
+  }
   const config::VehicleConfig vehicle = load_vehicle(options);
   const std::vector<live::Check> checks =
       live::preflight(vehicle, options.dead_reckoning ? std::nullopt : std::optional(options.map));

@@ -77,7 +77,8 @@ void add_options(CLI::App& app, Options& options) {
            ->take_all());
   live(app.add_flag("--check", options.check,
                     "Try all that the process needs (configuration, DBC, map, models, interfaces, "
-                    "buffers, privileges), say what is missing, and exit"));
+                    "buffers, privileges), say what is missing, and exit")
+           ->excludes(replay));
   live(app.add_option("--lcm", options.lcm_url, "LCM address instead of the configuration's"));
   live(app.add_option("--journal", options.journal,
                       "Folder for the flight recorder, instead of the configuration's"));
@@ -91,6 +92,9 @@ void check_usage(const Options& options) {
   }
   if (options.replay.empty() && options.map.empty() && !options.dead_reckoning) {
     throw CLI::RequiredError("--map (or --dead-reckoning)");
+  }
+  if (!options.out.empty() && options.drive.empty() && options.replay.empty()) {
+    throw CLI::RequiresError("--out", "--drive or --replay");
   }
 }
 
