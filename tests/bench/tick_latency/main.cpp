@@ -113,7 +113,7 @@ class TickBench {
       cycles.run(stop_, [&](const realtime::Cycle& cycle) {
         const std::uint64_t accepted_before = accepted_;
         const TickOutput& output = loop_->tick(static_cast<std::uint64_t>(cycle.index));
-        accepted_ = output.estimate.counters.map_accepted;
+        accepted_ = output.estimate.counters.map_accepted();
         const std::int64_t took_ns = MonotonicClock::now_ns() - cycle.woken_ns;
         (accepted_ > accepted_before ? with_update_ : without_update_).record(took_ns);
       });
