@@ -44,7 +44,7 @@ MAX_MISSED_SHARE = 0.005
 NOT_JUDGED = 3  # exit code
 # Share of the periods in which a process of highest priority did not run, either: with more, there
 # was no time, whatever the localiser did.
-MAX_MACHINE_MISSED = 0.01
+MAX_MACHINE_MISSED = 0.002
 STOP_S = 5.0  # from the end of a soak's replay to that of the localiser
 
 
