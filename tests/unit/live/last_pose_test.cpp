@@ -14,7 +14,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-LastPose at(double x_m) { return {1'000'000'000, {Eigen::Matrix3d::Identity(), {x_m, 0.0, 0.0}}}; }
+LastPose last_pose_at(double x_m) {
+  return {1'000'000'000, {Eigen::Matrix3d::Identity(), {x_m, 0.0, 0.0}}};
+}
 
 class LastPoseKeeperTest : public ::testing::Test {
  protected:
@@ -27,8 +29,8 @@ class LastPoseKeeperTest : public ::testing::Test {
 
 TEST_F(LastPoseKeeperTest, WritesTheNewestPoseBeforeItEnds) {
   LastPoseKeeper keeper(file_);
-  keeper.keep(at(1.0));
-  keeper.keep(at(2.0));
+  keeper.keep(last_pose_at(1.0));
+  keeper.keep(last_pose_at(2.0));
   run_to_the_end(keeper);
   const auto kept = read_last_pose(file_);
   ASSERT_TRUE(kept);
@@ -37,7 +39,7 @@ TEST_F(LastPoseKeeperTest, WritesTheNewestPoseBeforeItEnds) {
 }
 
 TEST_F(LastPoseKeeperTest, RemovesWhatIsNoLongerTrue) {
-  ASSERT_TRUE(write_last_pose(file_, at(1.0)));
+  ASSERT_TRUE(write_last_pose(file_, last_pose_at(1.0)));
   LastPoseKeeper keeper(file_);
   keeper.keep(std::nullopt);
   run_to_the_end(keeper);
@@ -46,7 +48,7 @@ TEST_F(LastPoseKeeperTest, RemovesWhatIsNoLongerTrue) {
 
 TEST_F(LastPoseKeeperTest, CountsWhatCouldNotBeWrittenAndGoesOn) {
   LastPoseKeeper keeper(folder_ / "not_there" / "last.tum");
-  keeper.keep(at(1.0));
+  keeper.keep(last_pose_at(1.0));
   run_to_the_end(keeper);
   EXPECT_EQ(keeper.failed(), 1U);
 }
@@ -55,7 +57,7 @@ TEST_F(LastPoseKeeperTest, WritesWhileItRuns) {
   LastPoseKeeper keeper(file_);
   stopped_ = false;
   std::jthread thread([&] { keeper.run(stopped_); });
-  keeper.keep(at(3.0));
+  keeper.keep(last_pose_at(3.0));
   for (int i = 0; i < 500 && !std::filesystem::exists(file_); ++i) {
     std::this_thread::sleep_for(10ms);
   }
