@@ -12,7 +12,6 @@ journal gives what was published, byte for byte. Exit code: 0 all checks passed,
 from __future__ import annotations
 
 import argparse
-import importlib
 import json
 import math
 import os
@@ -32,6 +31,7 @@ import yaml
 from accuracy_table import evaluate, run
 from demo import import_drive
 from freshness import outdated
+from lcm_types import message_types
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = """examples:
@@ -46,15 +46,6 @@ NOT_JUDGED = 3  # exit code
 # was no time, whatever the localiser did.
 MAX_MACHINE_MISSED = 0.002
 STOP_S = 5.0  # from the end of a soak's replay to that of the localiser
-
-
-def message_types(folder: Path) -> Any:
-    """The project's LCM types for Python, generated into a folder."""
-    folder.mkdir(parents=True, exist_ok=True)
-    types = sorted((ROOT / "lcmtypes").glob("*.lcm"))
-    run("lcm-gen", "--python", "--ppath", folder, *types)
-    sys.path.insert(0, str(folder))
-    return importlib.import_module("topoloc")
 
 
 class Published:
@@ -114,9 +105,11 @@ class Checks:
     def passed(self) -> bool:
         return all(r["passed"] for r in self.results.values())
 
-    @property
-    def exit_code(self) -> int:
-        """0 all passed, 1 not, 3 all but those that the machine had no time for."""
+    def finish(self, file: Path | None) -> int:
+        """Writes all as JSON where a file is given. Exit code: 0 all passed, 1 not, 3 all but those
+        that the machine had no time for."""
+        if file:
+            file.write_text(json.dumps(self.results, indent=2) + "\n")
         failed = [r for r in self.results.values() if not r["passed"]]
         return 0 if not failed else 1 if any(r["judged"] for r in failed) else NOT_JUDGED
 
@@ -399,9 +392,7 @@ def main() -> int:
     check_accuracy(checks, args, drive, out, published, replay)
     check_journal(checks, args, vehicle, out, published)
     print_timing(published.timings[-1])
-    if args.json:
-        args.json.write_text(json.dumps(checks.results, indent=2) + "\n")
-    return checks.exit_code
+    return checks.finish(args.json)
 
 
 if __name__ == "__main__":

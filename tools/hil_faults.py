@@ -32,10 +32,10 @@ from hil import (
     bench_parser,
     has_drive,
     is_sound,
-    message_types,
     play,
     prepare,
 )
+from lcm_types import message_types
 from node_pose_table import Truth
 
 EXAMPLES = """examples:
@@ -267,9 +267,7 @@ def main() -> int:
     checks = Checks()
     for number, run in enumerate(runs(faults, bench.drive_s)):
         checks.results |= bench.checked(number, run).results
-    if args.json:
-        args.json.write_text(json.dumps(checks.results, indent=2) + "\n")
-    return checks.exit_code
+    return checks.finish(args.json)
 
 
 if __name__ == "__main__":

@@ -14,10 +14,11 @@ import math
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import lcm
 
-from hil import message_types
+from lcm_types import message_types
 
 DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
 EXAMPLES = """examples:
@@ -32,6 +33,15 @@ def pose_numbers(text: str) -> list[float]:
     if abs(math.hypot(*numbers[3:]) - 1.0) > 1e-3:
         raise argparse.ArgumentTypeError(f"'{text}': the quaternion's length is not 1")
     return numbers
+
+
+def initial_pose(types: Any, pose: list[float]) -> Any:
+    """The message of a vehicle that stands at x y z qx qy qz qw."""
+    message = types.initial_pose_t()
+    message.utime = 0  # now
+    message.position = pose[:3]
+    message.orientation = [pose[6], *pose[3:6]]  # the message has w first
+    return message
 
 
 def main() -> int:
@@ -50,10 +60,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         types = message_types(Path(folder))
         if args.command == "pose":
-            message = types.initial_pose_t()
-            message.utime = 0  # now
-            message.position = args.pose[:3]
-            message.orientation = [args.pose[6], *args.pose[3:6]]  # the message has w first
+            message = initial_pose(types, args.pose)
         else:
             message = types.command_t()
             message.command = types.command_t.STOP

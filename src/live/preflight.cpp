@@ -138,11 +138,17 @@ Check check_map(const config::VehicleConfig& vehicle, const std::filesystem::pat
                                    "be looked at where time is short"));
 }
 
-Check check_writable(const std::filesystem::path& folder, const std::string& key) {
+/// The folder, or the nearest one above it that is there.
+std::filesystem::path existing_part(const std::filesystem::path& folder) {
   std::filesystem::path existing = folder.empty() ? "." : folder;
   while (!std::filesystem::exists(existing)) {
     existing = existing.has_parent_path() ? existing.parent_path() : ".";
   }
+  return existing;
+}
+
+Check check_writable(const std::filesystem::path& folder, const std::string& key) {
+  const std::filesystem::path existing = existing_part(folder);
   std::string trial = existing / ".topoloc-check-XXXXXX";
   const int file = mkstemp(trial.data());
   if (file >= 0) {
@@ -160,10 +166,6 @@ Check check_journal(const config::LiveConfig& live) {
   if (writable.verdict != CheckVerdict::kOk) {
     return writable;
   }
-  std::filesystem::path existing = std::filesystem::absolute(live.journal);
-  while (!std::filesystem::exists(existing)) {
-    existing = existing.parent_path();
-  }
   // That of the run before is kept, too.
   const std::uintmax_t wanted_mb = 2 * static_cast<std::uintmax_t>(live.journal_mb);
   std::uintmax_t to_be_replaced = 0;
@@ -173,7 +175,7 @@ Check check_journal(const config::LiveConfig& live) {
     }
   }
   const std::uintmax_t free_mb =
-      (std::filesystem::space(existing).available + to_be_replaced) >> 20;
+      (std::filesystem::space(existing_part(live.journal)).available + to_be_replaced) >> 20;
   if (free_mb < wanted_mb) {
     return warning(
         fmt::format("{}: {} MB are free, up to {} MB are used: make room or lower "

@@ -36,6 +36,12 @@ struct CanRow {
   std::optional<double> speed_mps = std::nullopt;  ///< of all wheels; negative: reverse
 };
 
+/// For drives whose images show nothing.
+inline PinholeCamera tiny_camera() {
+  return {
+      .width_px = 64, .height_px = 32, .fx_px = 50.0, .fy_px = 50.0, .cx_px = 32.0, .cy_px = 16.0};
+}
+
 inline image_t jpeg_image(std::int64_t time_us, const cv::Mat& grey) {
   image_t image{};
   image.utime = time_us;

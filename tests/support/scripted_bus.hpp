@@ -38,13 +38,7 @@ class DrivenCar {
   }
 
   testing::TemporaryFolder temporary;
-  testing::DriveFolder folder{temporary / "drive",
-                              {.width_px = 64,
-                               .height_px = 32,
-                               .fx_px = 50.0,
-                               .fy_px = 50.0,
-                               .cx_px = 32.0,
-                               .cy_px = 16.0}};
+  testing::DriveFolder folder{temporary / "drive", testing::tiny_camera()};
   std::vector<can::Frame> frames;  ///< stamps from zero
   config::VehicleConfig vehicle;
 };

@@ -46,13 +46,7 @@ class StraightDrive {
   [[nodiscard]] drive::Drive load() const { return drive::load_drive(folder.dir()); }
 
   testing::TemporaryFolder temporary;
-  testing::DriveFolder folder{temporary / "drive",
-                              {.width_px = 64,
-                               .height_px = 32,
-                               .fx_px = 50.0,
-                               .fy_px = 50.0,
-                               .cx_px = 32.0,
-                               .cy_px = 16.0}};
+  testing::DriveFolder folder{temporary / "drive", testing::tiny_camera()};
 };
 
 }  // namespace topoloc::localiser
