@@ -7,7 +7,7 @@ Makes a closed drive of the recorded one (tools/mirrored_drive.py), plays it lap
 checks: memory, threads and open files do not grow, the estimator's thread has no page fault, every
 tick and everything that came in is accounted for, and the vehicle is tracked all the time. What was
 found over time is drawn in WORK/soak.png. Exit code: 0 all checks passed, 1 not, 3 all but those
-that there was no time for.
+that the machine had no time for.
 
 The slope of the memory is judged from 20 minutes on: what is taken once takes that long to tell
 from what goes on growing.
@@ -103,13 +103,14 @@ def prepare(args: argparse.Namespace) -> tuple[Path, Path, Path]:
 
 def check_held(checks: Checks, held: Held, seconds: float) -> None:
     slope = held.slope_mb_per_h()
-    checks.add(
-        "RssAnon's slope",
-        slope < MAX_SLOPE_MB_PER_H,
+    found = (
         f"{slope:+.3f} MB/h; {held.rss_anon_mb[0]:.1f} MB at first, {held.rss_anon_mb[-1]:.1f} MB "
-        f"at last, {held.rss_anon_mb.min():.1f} to {held.rss_anon_mb.max():.1f} MB",
-        judged=seconds >= JUDGED_FROM_S,
+        f"at last, {held.rss_anon_mb.min():.1f} to {held.rss_anon_mb.max():.1f} MB"
     )
+    if seconds >= JUDGED_FROM_S:
+        checks.add("RssAnon's slope", slope < MAX_SLOPE_MB_PER_H, found)
+    else:
+        print(f"       RssAnon's slope, too short to be judged: {found}")
     tenth = max(1, len(held.time_s) // 10)
     growth = float(np.median(held.rss_anon_mb[-tenth:]) - np.median(held.rss_anon_mb[:tenth]))
     limit = ONCE_MB + MAX_SLOPE_MB_PER_H * seconds / 3600.0
