@@ -15,6 +15,10 @@ add_library(opencv::opencv INTERFACE IMPORTED)
 target_link_libraries(opencv::opencv INTERFACE ${OpenCV_LIBS})
 target_include_directories(opencv::opencv SYSTEM INTERFACE ${OpenCV_INCLUDE_DIRS})
 
+find_package(embree 3 REQUIRED)
+add_library(embree::embree INTERFACE IMPORTED)
+target_link_libraries(embree::embree INTERFACE embree)
+
 # Video files: for topoloc-camera only, not for the vehicle process.
 add_library(opencv::videoio INTERFACE IMPORTED)
 target_link_libraries(opencv::videoio INTERFACE opencv_videoio)

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#pragma once
+
+#include "topoloc/geometry/rigid_transform.hpp"
+#include "topoloc/world/route.hpp"
+#include "topoloc/world/surface.hpp"
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+/// Offline: a made-up piece of the world to drive in. Never linked into the vehicle process.
+namespace topoloc::world {
+
+enum class Scenario : std::uint8_t { kTown, kHighway, kTunnel, kMixed };
+std::string_view name(Scenario scenario);
+/// Throws std::invalid_argument that lists the names.
+Scenario scenario_of(std::string_view name);
+
+/// What a world is made from: the same description gives the same world, bit for bit.
+struct WorldSpec {
+  Scenario scenario = Scenario::kTown;
+  std::uint64_t seed = 1;
+  double length_m = 1000.0;  ///< of the road driven
+};
+
+/// A mesh put somewhere: a tree, a car.
+struct Instance {
+  std::uint32_t mesh = 0;  ///< index into World::meshes
+  RigidTransform T_world_mesh;
+  float scale = 1.0F;
+  std::uint32_t seed = 0;
+};
+
+/// A lamp that is lit at night, or always (tunnel).
+struct Lamp {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d direction = -Eigen::Vector3d::UnitZ();  ///< where it shines to
+  double intensity = 1.0;  ///< irradiance at 1 m, in units of full day light
+  double cos_cone = 0.0;   ///< cosine of the half angle that it lights
+  bool always_on = false;
+};
+
+/// A lane of the road driven, for who drives there.
+struct Lane {
+  double left_m = 0.0;      ///< of its middle off the route's line; negative: to the right
+  bool forward = true;      ///< traffic goes the route's way
+  double speed_mps = 13.9;  ///< of its traffic
+};
+
+struct World {
+  WorldSpec spec;
+  Route route{{{Setting::kTown, 1.0, 0.0, 0.0}}};
+  std::vector<Surface> surfaces;
+  std::vector<Mesh>
+      meshes;  ///< [0]: all that is fixed and unique, in the world's frame; then prototypes
+  std::vector<Instance> instances;  ///< fixed: trees, lamp posts
+  std::vector<Lamp> lamps;
+  std::vector<std::uint32_t> car_meshes;  ///< of prototypes for traffic; frame: middle of the rear
+                                          ///< axle on the ground, x forward, y left, z up
+
+  /// The lanes at a way along the route, right to left; the first one is driven by the ego vehicle
+  /// unless it says otherwise.
+  [[nodiscard]] std::vector<Lane> lanes(double along_m) const;
+  /// What a careful driver drives there without traffic.
+  [[nodiscard]] double speed_limit_mps(double along_m) const;
+  /// Height of the road's surface above the route's line: bumps, dips, patches; centimetres.
+  [[nodiscard]] double bump_m(double along_m, double left_m) const;
+};
+
+World make_world(const WorldSpec& spec);
+
+/// What differs between two drives through one world.
+struct VisitSpec {
+  std::uint64_t seed = 1;
+  double parked_share = 0.5;     ///< of the places along kerbs that are taken
+  double traffic_per_km = 12.0;  ///< vehicles on the road
+};
+
+/// Cars, parked and moving, during one drive.
+class Visit {
+ public:
+  Visit(const World& world, const VisitSpec& spec);
+
+  [[nodiscard]] const std::vector<Instance>& parked() const { return parked_; }
+  /// Vehicles that are on the road `time_s` after the drive's begin, when the ego vehicle is at
+  /// `ego_along_m` of the route in the lane `ego_left_m`: none of them is in its way; some drive
+  /// ahead.
+  [[nodiscard]] std::vector<Instance> moving(double time_s, double ego_along_m,
+                                             double ego_left_m) const;
+
+ private:
+  const World* world_;
+  VisitSpec spec_;
+  std::vector<Instance> parked_;
+};
+
+}  // namespace topoloc::world
