@@ -4,6 +4,7 @@
 
 #include "common/run_app.hpp"
 #include "common/text_file.hpp"
+#include "topoloc-evaluate/python_tool.hpp"
 
 #include <cmath>
 #include <cstdio>
@@ -12,8 +13,6 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <sys/wait.h>
-#include <unistd.h>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -22,6 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace topoloc::evaluation;
+using topoloc::apps::run_python_tool;
 
 struct Options {
   std::string reference;
@@ -31,6 +31,7 @@ struct Options {
   double from_s = 0.0;
   double max_gap_s = 0.2;
   std::string json;
+  std::string errors;
   std::string plots;
 };
 
@@ -63,27 +64,18 @@ EvaluatedEstimate evaluate(const Options& options, const Trajectory& reference, 
   return result;
 }
 
-/// Draws the plots of DIR/errors.csv with the project's Python environment.
+/// Draws the plots of DIR/errors.csv.
 void plot(const fs::path& dir) {
-  const fs::path root = TOPOLOC_SOURCE_DIR;
-  const fs::path python = root / ".venv/bin/python";
-  const fs::path tool = root / "tools/plot_evaluation.py";
   const std::string csv = (dir / "errors.csv").string();
-  if (!fs::exists(python) || !fs::exists(tool)) {
-    throw std::runtime_error("no plots: " + (fs::exists(python) ? tool : python).string() +
-                             " is missing (see README, set-up); the errors are in " + csv);
+  int exit_code = 0;
+  try {
+    exit_code = run_python_tool("plot_evaluation.py", {csv, "--out", dir.string()});
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error("no plots: " + std::string(error.what()) + "; the errors are in " +
+                             csv);
   }
-  const std::string dir_text = dir.string();
-  const pid_t child = fork();
-  if (child == 0) {
-    execl(python.c_str(), python.c_str(), tool.c_str(), csv.c_str(), "--out", dir_text.c_str(),
-          nullptr);
-    _exit(127);
-  }
-  int status = 0;
-  if (child < 0 || waitpid(child, &status, 0) != child || !WIFEXITED(status) ||
-      WEXITSTATUS(status) != 0) {
-    throw std::runtime_error("no plots: " + tool.string() + " failed; the errors are in " + csv);
+  if (exit_code != 0) {
+    throw std::runtime_error("no plots: plot_evaluation.py failed; the errors are in " + csv);
   }
 }
 
@@ -99,17 +91,34 @@ void run(const Options& options) {
   if (!options.json.empty()) {
     topoloc::apps::write_text(options.json, to_json(estimates));
   }
+  const auto max_gap_ns = static_cast<std::int64_t>(std::llround(options.max_gap_s * 1e9));
+  if (!options.errors.empty()) {
+    write_errors_csv(options.errors, estimates, max_gap_ns);
+  }
   if (!options.plots.empty()) {
     fs::create_directories(options.plots);
-    write_errors_csv(fs::path(options.plots) / "errors.csv", estimates,
-                     static_cast<std::int64_t>(std::llround(options.max_gap_s * 1e9)));
+    write_errors_csv(fs::path(options.plots) / "errors.csv", estimates, max_gap_ns);
     plot(options.plots);
+  }
+}
+
+/// The scenario suite; its options are read by the tool itself.
+int suite(const std::vector<std::string>& arguments) {
+  try {
+    return run_python_tool("suite.py", arguments);
+  } catch (const std::exception& error) {
+    std::cerr << "topoloc-evaluate suite: " << error.what() << '\n';
+    return topoloc::apps::kFailed;
   }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+  const std::vector<std::string> arguments(argv + 1, argv + argc);
+  if (!arguments.empty() && arguments.front() == "suite") {
+    return suite({arguments.begin() + 1, arguments.end()});
+  }
   Options options;
   CLI::App app(
       "Absolute pose errors of estimated trajectories against a reference. Never aligns: the map "
@@ -140,11 +149,15 @@ int main(int argc, char** argv) {
   app.add_option("--json", options.json,
                  "Write the figures as JSON to a file, or '-' instead of "
                  "the table");
+  app.add_option("--errors", options.errors, "Write the errors at every matched stamp (CSV)");
   app.add_option("--plots", options.plots, "Folder for errors.csv and PNG plots");
   app.footer(
       "longitudinal_m and lateral_m are means of absolute errors in the true heading;\n"
       "longitudinal_signed_m (+ ahead) and lateral_signed_m (+ left) keep the sign.\n"
       "coverage = share of the reference stamps at which the estimate has a pose.\n\n"
+      "topoloc-evaluate suite: simulates, maps, localises and evaluates whole scenarios and "
+      "writes\n"
+      "one report; see topoloc-evaluate suite --help.\n\n"
       "Examples:\n"
       "  topoloc-evaluate --reference ground_truth.tum --estimate est.tum --from-seconds 2\n"
       "  topoloc-evaluate --reference ground_truth.tum --estimate est.tum --json - | jq .apet_m\n"

@@ -58,6 +58,27 @@ Counts rejected(const Drive& drive, const FrameLog* frames, const BatchResult& r
   return counts;
 }
 
+/// Medians over the frames that got as far as matching, stage by stage.
+nlohmann::json stage_times(const BatchResult& result) {
+  using Times = topoloc::matching::FrameReport::StageTimes;
+  const std::map<std::string, double Times::*> stages{{"undistort", &Times::undistort_ms},
+                                                      {"extract", &Times::extract_ms},
+                                                      {"select", &Times::select_ms},
+                                                      {"match", &Times::match_ms},
+                                                      {"outliers", &Times::outliers_ms}};
+  nlohmann::json out;
+  for (const auto& [name, time_ms] : stages) {
+    std::vector<double> values;
+    for (const auto& frame : result.frames) {
+      if (frame.matching.features > 0) {
+        values.push_back(frame.matching.times.*time_ms);
+      }
+    }
+    out[name] = median(values);
+  }
+  return out;
+}
+
 }  // namespace
 
 nlohmann::json summary(const Drive& drive, const FrameLog* frames, const BatchResult& result) {
@@ -83,6 +104,7 @@ nlohmann::json summary(const Drive& drive, const FrameLog* frames, const BatchRe
       {"imu_gaps", c.imu_gaps},
       {"median_inliers", median(inliers)},
       {"median_frame_ms", median(frame_ms)},
+      {"median_stage_ms", stage_times(result)},
       {"verdicts", verdicts},
       {"can_messages_lost", drive.lost_messages},
       {"rejected", rejected(drive, frames, result)},

@@ -62,7 +62,7 @@ void read_map_update(StrictNode& estimator, estimation::MapUpdateConfig& config)
   update.read("max_iterations", config.max_iterations, {1, 100});
   update.read("convergence_theta_rad", config.convergence_theta_rad, positive_up_to(0.1));
   update.read("convergence_p_m", config.convergence_p_m, positive_up_to(1.0));
-  update.read("match_gate_chi2", config.match_gate_chi2, positive_up_to(1e4));
+  update.read("match_gate_chi2", config.match_gate_chi2, positive_up_to(1e6));
   std::string kernel = "cauchy";
   update.read("kernel", kernel, {"none", "huber", "cauchy"});
   config.kernel = kernel == "none"    ? estimation::RobustKernel::kNone

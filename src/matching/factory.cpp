@@ -3,11 +3,13 @@
 #include "topoloc/matching/features.hpp"
 #include "topoloc/matching/image_pair_matcher.hpp"
 #include "topoloc/matching/mutual_nearest_matcher.hpp"
+#include "topoloc/matching/ratio_matcher.hpp"
 
 #include "matching/detector_free_matcher.hpp"
 #include "matching/feature_pair_matcher.hpp"
 #include "matching/lightglue_matcher.hpp"
 #include "matching/onnx_extractor.hpp"
+#include "matching/sift_extractor.hpp"
 
 #include <stdexcept>
 
@@ -15,6 +17,9 @@ namespace topoloc::matching {
 
 std::unique_ptr<FeatureExtractor> make_extractor(const MatchingConfig& config) {
   validate(config);
+  if (config.extractor == SiftExtractor::kName) {
+    return std::make_unique<SiftExtractor>(config);
+  }
   return std::make_unique<OnnxExtractor>(config);
 }
 
@@ -25,6 +30,9 @@ std::unique_ptr<FeatureMatcher> make_matcher(const MatchingConfig& config) {
   }
   if (config.matcher == "mutual") {
     return std::make_unique<MutualNearestMatcher>(config.min_similarity);
+  }
+  if (config.matcher == "ratio") {
+    return std::make_unique<RatioMatcher>(config.max_ratio);
   }
   throw std::invalid_argument("matching.matcher: '" + config.matcher +
                               "' does not match by features alone");

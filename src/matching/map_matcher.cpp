@@ -89,7 +89,7 @@ struct MapMatcher::Impl {
     free.matcher = "mutual";
     nearest_matcher = make_matcher(free);
     if (config.matcher != "guided" && config.matcher != "mutual") {
-      network_matcher = make_matcher(config);
+      configured_matcher = make_matcher(config);
     }
     const cv::Mat mask = undistorter.mask(raw_mask, config.mask_erosion_px);
     extractor->set_mask(mask);
@@ -126,7 +126,7 @@ struct MapMatcher::Impl {
   GuidedMatcher guided_matcher;
   // Need no prediction:
   std::unique_ptr<FeatureMatcher> nearest_matcher;
-  std::unique_ptr<FeatureMatcher> network_matcher;  ///< null where none is configured
+  std::unique_ptr<FeatureMatcher> configured_matcher;  ///< null: the nearest one
 
   // Of the current frame; members for their memory.
   cv::Mat image;
@@ -177,8 +177,8 @@ FrameReport MapMatcher::Impl::match(std::int64_t time_ns, const cv::Mat& raw_gre
     return rejected(FrameVerdict::kTooFewFeatures);
   }
 
-  free_matcher =
-      network_matcher && effort == Effort::kFull ? network_matcher.get() : nearest_matcher.get();
+  free_matcher = configured_matcher && effort == Effort::kFull ? configured_matcher.get()
+                                                               : nearest_matcher.get();
   const bool guided = config.matcher == "guided" || effort != Effort::kFull;
   report.verdict = match_nodes(guided, camera, report, out);
   if (guided && report.verdict != FrameVerdict::kOk) {

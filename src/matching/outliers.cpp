@@ -174,6 +174,10 @@ void remove_outliers(std::span<const MatchGeometry> matches, const PinholeCamera
     keep_near_mean_shift(matches, config.sigma_th_px, keep);
     return;
   }
+  if (config.method == "none") {
+    keep.assign(matches.size(), 1);
+    return;
+  }
   keep_near_median_shift(matches, config.median_sigmas, config.consensus_px, keep);
   keep_pose_consensus(matches, camera, config, keep);
 }

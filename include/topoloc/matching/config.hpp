@@ -13,7 +13,7 @@ namespace topoloc::matching {
 struct OutlierConfig {
   /// "paper": the mean shift of all matches against the prediction and a fixed threshold
   /// (eq_mean_pixel, eq_matching_set_2d_2d). "robust": the median instead of the mean, then a
-  /// consensus pose that does not know the prediction (RANSAC over P3P).
+  /// consensus pose that does not know the prediction (RANSAC over P3P). "none": all are kept.
   std::string method = "robust";
   double sigma_th_px = 15.0;  ///< "paper": matches beyond 3 sigma_th of the mean shift are removed
   /// "robust": matches beyond this many median absolute deviations (scaled to a standard deviation)
@@ -34,8 +34,8 @@ struct GuidedConfig {
 
 /// Everything configurable in matching. The defaults are for a CPU-only vehicle PC.
 struct MatchingConfig {
-  std::string extractor = "xfeat";  ///< model of features, see docs/models.md
-  /// "lighterglue" (for xfeat), "lightglue" (for the others), "mutual" or "guided"
+  std::string extractor = "xfeat";  ///< model of features, or "sift"; see docs/models.md
+  /// "lighterglue" (for xfeat), "lightglue" (for the others), "mutual", "ratio" or "guided"
   std::string matcher = "lighterglue";
   int max_features = 512;  ///< per image; a model file of this size must exist
   /// Matching camera: images are undistorted into this pinhole, principal point at the centre.
@@ -53,6 +53,7 @@ struct MatchingConfig {
   double max_node_heading_rad = 0.8;
 
   double min_similarity = 0.82;  ///< "mutual", "guided": smallest cosine of two descriptors
+  double max_ratio = 0.8;        ///< "ratio": largest distance of best to second-best descriptor
   double min_match_score = 0.1;  ///< networks: smallest match probability
   int min_features = 50;         ///< fewer in the image: kTooFewFeatures
   int min_matches = 12;          ///< fewer left with a 3D point: kTooFewMatches

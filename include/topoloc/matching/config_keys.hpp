@@ -20,7 +20,7 @@ template <typename Config, typename Visitor>
 void visit_matching_keys(Config& config, Visitor&& visit) {
   visit("extractor", config.extractor);
   visit("matcher", config.matcher,
-        std::vector<std::string>{"lighterglue", "lightglue", "mutual", "guided"});
+        std::vector<std::string>{"lighterglue", "lightglue", "mutual", "ratio", "guided"});
   visit("max_features", config.max_features, 16, estimation::kMaxMatches);
   visit("width_px", config.width_px, 64, map::kMaxImageSide_px);
   visit("height_px", config.height_px, 64, map::kMaxImageSide_px);
@@ -32,6 +32,7 @@ void visit_matching_keys(Config& config, Visitor&& visit) {
   visit("max_node_distance_m", config.max_node_distance_m, 0.1, 1000);
   visit("max_node_heading_rad", config.max_node_heading_rad, 0.01, std::numbers::pi);
   visit("min_similarity", config.min_similarity, -1, 1);
+  visit("max_ratio", config.max_ratio, 0.1, 1);
   visit("min_match_score", config.min_match_score, 0, 1);
   visit("min_features", config.min_features, 0, config.max_features);
   visit("min_matches", config.min_matches, 4, estimation::kMaxMatches);
@@ -48,7 +49,7 @@ void visit_guided_keys(Config& guided, Visitor&& visit) {
 
 template <typename Config, typename Visitor>
 void visit_outlier_keys(Config& outliers, Visitor&& visit) {
-  visit("method", outliers.method, std::vector<std::string>{"paper", "robust"});
+  visit("method", outliers.method, std::vector<std::string>{"paper", "robust", "none"});
   visit("sigma_th_px", outliers.sigma_th_px, 0.1, 1000);
   visit("median_sigmas", outliers.median_sigmas, 1, 100);
   visit("consensus_px", outliers.consensus_px, 0.1, 100);

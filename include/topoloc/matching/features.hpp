@@ -69,13 +69,13 @@ class FeatureMatcher {
                      std::vector<FeatureMatch>& out) = 0;
 };
 
-/// Loads the model that `config` names. Throws std::runtime_error that names the file, and what to
-/// do, where it is missing or has unexpected inputs.
+/// Loads the model that `config` names ("sift" needs none). Throws std::runtime_error that names
+/// the file, and what to do, where it is missing or has unexpected inputs.
 std::unique_ptr<FeatureExtractor> make_extractor(const MatchingConfig& config);
 
-/// "lighterglue", "lightglue" or "mutual". ("guided" needs a prediction: see GuidedMatcher.) Throws
-/// as make_extractor() does, and std::invalid_argument where the matcher was not trained with the
-/// extractor.
+/// "lighterglue", "lightglue", "mutual" or "ratio". ("guided" needs a prediction: see
+/// GuidedMatcher.) Throws as make_extractor() does, and std::invalid_argument where the matcher was
+/// not trained with the extractor.
 std::unique_ptr<FeatureMatcher> make_matcher(const MatchingConfig& config);
 
 }  // namespace topoloc::matching

@@ -220,7 +220,7 @@ TEST_F(ConfigTest, MatchingKeyOutOfRangeIsNamedWithItsOwnLine) {
       {"guided: {gate_sigmas: 11}", "guided.gate_sigmas: expected a number in [1, 10]"},
       {"guided: {min_gate_px: 20, max_gate_px: 10}",
        "guided.max_gate_px: expected a number in [20, 10000], found '10'"},
-      {"outliers: {method: magic}", "outliers.method: expected one of paper, robust"},
+      {"outliers: {method: magic}", "outliers.method: expected one of paper, robust, none"},
   };
   for (const auto& [line, what] : refused) {
     EXPECT_THAT(complaint_with("matching:\n  matcher: mutual\n  " + std::string(line) + "\n"),

@@ -121,6 +121,14 @@ TEST(Outliers, NonFinitePixelsAndPointsAreRemovedAndMoveNothing) {
   }
 }
 
+TEST(Outliers, TheMethodNoneKeepsAll) {
+  Random random(5);
+  const auto set = matches(random, 10, 90, small_motion());
+  std::vector<std::uint8_t> keep;
+  remove_outliers(set, test_camera(), {.method = "none"}, keep);
+  EXPECT_EQ(keep, std::vector<std::uint8_t>(100, 1));
+}
+
 TEST(Outliers, NoneOneOrDegenerateMatchesAreNoError) {
   for (const char* method : {"paper", "robust"}) {
     std::vector<std::uint8_t> keep{1, 1};

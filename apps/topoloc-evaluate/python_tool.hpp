@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace topoloc::apps {
+
+/// Runs tools/NAME of the source tree with the project's Python environment and waits for it. The
+/// tool finds the programs beside this one by TOPOLOC_BIN, unless that is set already. Returns its
+/// exit code; 1 where a signal ended it. Throws std::runtime_error where it cannot be started.
+int run_python_tool(const std::string& name, const std::vector<std::string>& arguments);
+
+}  // namespace topoloc::apps
