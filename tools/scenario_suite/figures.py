@@ -1,0 +1,279 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: 2026 The topoloc authors
+"""The figures of a results folder, run by run and as medians over the seeds."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import statistics
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from scenario_suite.plan import SETTLED_AFTER_S, Plan, Run
+from scenario_suite.rows import NAMES, Row, Target
+from scenario_suite.steps import Book
+
+# A localiser that is farther off does not know where it is, whatever it says; as far off as the
+# filter itself calls lost (estimator.health.lost_position_std_m).
+LOST_M = 5.0
+MIN_COVERAGE = 0.99
+
+# Of the evaluation, copied as they are.
+PLAIN = (
+    "apet_m", "aper_rad", "longitudinal_m", "lateral_m", "longitudinal_signed_m",
+    "lateral_signed_m", "max_position_m", "p95_position_m", "coverage", "travelled_m",
+)  # fmt: skip
+
+Figures = dict[str, float]
+
+
+def read_json(path: Path) -> dict[str, Any] | None:
+    try:
+        data = json.loads(path.read_text())
+    except (OSError, ValueError):
+        return None
+    return data if isinstance(data, dict) else None
+
+
+def says_lost(states: Path) -> bool:
+    """Whether the filter says "lost" anywhere once it has settled."""
+    if not states.is_file():
+        return False
+    with states.open(newline="") as file:
+        begin_ns: int | None = None
+        for row in csv.DictReader(file):
+            time_ns = int(row["time_ns"])
+            begin_ns = time_ns if begin_ns is None else begin_ns
+            if row["mode"] == "lost" and (time_ns - begin_ns) * 1e-9 > float(SETTLED_AFTER_S):
+                return True
+    return False
+
+
+def run_figures(folder: Path, run: Run) -> Figures | None:
+    """None where the run has not been measured."""
+    data = read_json(folder / run.figures)
+    if data is None:
+        return None
+    figures = {name: float(data[name]) for name in PLAIN}
+    for part in ("position", "attitude"):
+        nees = data.get("consistency", {}).get(part)
+        if nees and nees["anees"] is not None:
+            figures[f"anees_{part}"] = nees["anees"]
+            figures[f"anees_{part}_low"] = nees["lower_95"]
+            figures[f"anees_{part}_high"] = nees["upper_95"]
+            figures[f"inside_{part}"] = nees["inside_share"]
+    off = figures["max_position_m"] > LOST_M or figures["coverage"] < MIN_COVERAGE
+    stem = (folder / run.estimate).with_suffix("")
+    figures["lost"] = float(off or says_lost(Path(f"{stem}.states.csv")))
+    summary = None if run.row.gnss else read_json(Path(f"{stem}.json"))
+    if summary is not None and summary["frames"]:
+        figures["used_share"] = summary["map_updates_accepted"] / summary["frames"]
+        figures["frame_ms"] = summary["median_frame_ms"]
+    return figures
+
+
+@dataclass(frozen=True)
+class MapFigures:
+    """Size and nodes of one map."""
+
+    nodes: int
+    bytes: int
+    accepted_share: float
+    longest_gap_m: float
+    errors: dict[str, float]  # of the nodes, against the truth
+    build: dict[str, float]  # seconds by stage
+
+
+def map_figures(folder: Path, name: str) -> MapFigures | None:
+    build = read_json(folder / f"maps/{name}.json")
+    nodes = read_json(folder / f"maps/{name}_nodes.json")
+    errors = read_json(folder / f"maps/{name}_errors.json")
+    if build is None or nodes is None or errors is None:
+        return None
+    accepted = nodes["build"]["accepted"]["nodes"]
+    rejected = sum(reason["nodes"] for reason in nodes["build"]["rejected"].values())
+    return MapFigures(
+        nodes=nodes["nodes"],
+        bytes=nodes["file_size"],
+        accepted_share=accepted / max(1, accepted + rejected),
+        longest_gap_m=float(nodes["spacing_m"]["max"]),
+        errors={
+            "apet_m": errors["apet_m"],
+            "median_position_m": errors["median_position_m"],
+            "max_position_m": errors["max_position_m"],
+            "median_rotation_rad": errors["median_rotation_rad"],
+            "longitudinal_m": errors["longitudinal_m"],
+            "lateral_m": errors["lateral_m"],
+            "vertical_m": errors["vertical_m"],
+        },
+        build={k: float(build[k]) for k in ("cloud_seconds", "poses_seconds", "nodes_seconds")},
+    )
+
+
+@dataclass(frozen=True)
+class RowFigures:
+    """A row of a scenario over all seeds."""
+
+    scenario: str
+    row: Row
+    by_seed: dict[int, Figures | None]
+
+    @property
+    def measured(self) -> list[Figures]:
+        return [figures for figures in self.by_seed.values() if figures is not None]
+
+    def median(self, figure: str) -> float | None:
+        """None unless every seed has it."""
+        values = [figures[figure] for figures in self.measured if figure in figures]
+        if not values or len(values) < len(self.by_seed):
+            return None
+        return statistics.median(values)
+
+    @property
+    def lost(self) -> int:
+        return sum(figures["lost"] > 0.0 for figures in self.measured)
+
+
+@dataclass(frozen=True)
+class Results:
+    """All that a plan has measured so far."""
+
+    plan: Plan
+    folder: Path
+    book: Book
+    rows: list[RowFigures]
+    maps: dict[str, MapFigures]
+
+    def row(self, scenario: str, name: str) -> RowFigures | None:
+        return next((r for r in self.rows if (r.scenario, r.row.name) == (scenario, name)), None)
+
+    def maps_of(self, scenario: str, kind: str) -> list[MapFigures]:
+        names = [f"map_{scenario}_{seed}_{kind}" for seed in self.plan.choice.seeds]
+        return [self.maps[name] for name in names if name in self.maps]
+
+
+def valid(book: Book, step: str) -> bool:
+    """Whether the step's products belong to the plan."""
+    outcome = book.outcomes.get(step)
+    return outcome is not None and not outcome.failed
+
+
+def load_results(plan: Plan, folder: Path, book: Book) -> Results:
+    rows: dict[tuple[str, str], RowFigures] = {}
+    for run in plan.runs:
+        done = valid(book, f"evaluate_{run.name}")
+        figures = run_figures(folder, run) if done else None
+        entry = rows.setdefault((run.scenario, run.row.name), RowFigures(run.scenario, run.row, {}))
+        entry.by_seed[run.seed] = figures
+    names = {run.map_name for run in plan.runs if run.map_name is not None}
+    maps: dict[str, MapFigures] = {}
+    for name in sorted(names):
+        figures_of_map = map_figures(folder, name) if valid(book, f"{name}_errors") else None
+        if figures_of_map is not None:
+            maps[name] = figures_of_map
+    return Results(plan, folder, book, list(rows.values()), maps)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A target and what became of it."""
+
+    target: Target
+    value: float | None  # None: not measured
+    lost: int
+    reasons: list[str]  # of a miss
+
+    @property
+    def met(self) -> bool:
+        return self.value is not None and self.value <= self.target.limit and self.lost == 0
+
+    @property
+    def goal_met(self) -> bool:
+        goal = self.target.goal
+        return self.met and goal is not None and self.value is not None and self.value <= goal
+
+    @property
+    def title(self) -> str:
+        return f"{self.target.scenario} {self.target.row}: {NAMES[self.target.figure]}"
+
+
+def judge(results: Results, targets: Iterable[Target]) -> list[Verdict]:
+    """The targets whose rows are part of the plan."""
+    verdicts = []
+    for target in targets:
+        row = results.row(target.scenario, target.row)
+        if row is None:
+            continue
+        verdict = Verdict(target, row.median(target.figure), row.lost, [])
+        if not verdict.met or (target.goal is not None and not verdict.goal_met):
+            verdict.reasons.extend(why(results, row, target))
+        verdicts.append(verdict)
+    return verdicts
+
+
+def why(results: Results, row: RowFigures, target: Target) -> list[str]:
+    """What the rows beside say about an error that is too large."""
+    value = row.median(target.figure)
+    if value is None:
+        return ["not measured for every seed: see the steps that failed"]
+    reasons = []
+    if row.lost:
+        reasons.append(f"lost on {row.lost} of {len(row.by_seed)} seeds")
+    limit = target.limit if value > target.limit or target.goal is None else target.goal
+    true_map = results.row(row.scenario, f"{row.row.name}_truth")
+    beside = true_map.median(target.figure) if true_map is not None else None
+    name = NAMES[target.figure].split()[0]
+    if beside is not None:
+        unit = "rad" if "rad" in target.figure else "m"
+        nodes = [m.errors["median_position_m"] for m in results.maps_of(row.scenario, "auto")]
+        off = f" (nodes off by {statistics.median(nodes):.2f} m in the median)" if nodes else ""
+        if beside <= limit < value:
+            reasons.append(f"map error: with true node poses {name} is {beside:.3g} {unit}{off}")
+        elif beside > 0.7 * value:
+            reasons.append(
+                f"localiser error: with true node poses {name} is still {beside:.3g} {unit}"
+            )
+        else:
+            reasons.append(f"both: with true node poses {name} is {beside:.3g} {unit}{off}")
+    along, across = row.median("longitudinal_m"), row.median("lateral_m")
+    if target.figure == "apet_m" and along is not None and across is not None:
+        up = math.sqrt(max(0.0, value**2 - along**2 - across**2))
+        parts = {"longitudinal": along, "lateral": across, "vertical": up}
+        worst = max(parts, key=lambda key: parts[key])
+        reasons.append(f"mostly {worst}")
+    used = row.median("used_share")
+    if used is not None and used < 0.8:
+        reasons.append(f"only {100.0 * used:.0f} % of the frames give a fix")
+    return reasons
+
+
+@dataclass(frozen=True)
+class Hardness:
+    """How far a row that is meant to fail is from a target."""
+
+    target: Target
+    row: Row
+    times: float | None  # value over target; None: not measured
+
+    def hard(self, times: float) -> bool:
+        return self.times is not None and self.times >= times
+
+
+def hardness(results: Results, targets: Iterable[Target], rows: Iterable[str]) -> list[Hardness]:
+    out = []
+    for target in targets:
+        for name in rows:
+            row = results.row(target.scenario, f"{target.row}_{name}")
+            if row is None:
+                continue
+            value = row.median(target.figure)
+            # A run that was lost has missed every target.
+            times = math.inf if row.lost == len(row.by_seed) else None
+            if times is None and value is not None:
+                times = value / target.limit
+            out.append(Hardness(target, row.row, times))
+    return out

@@ -1,0 +1,267 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: 2026 The topoloc authors
+"""Steps that are done once: each is a command, kept by what it depends on.
+
+A results folder holds, beside the steps' products, `steps/NAME.json` for each step that came to its
+end: the key that it was done for, how long it took, and whether it failed. The key covers the
+command, the checksums of the program and of the files that it reads outside the folder, and the
+keys of the steps before. A run that was interrupted goes on where it stopped: what was not finished
+has no such file.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import time
+from collections.abc import Callable, Iterable
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+from demo_start import start_pose
+
+Resolve = Callable[[str], str]
+
+
+@dataclass(frozen=True)
+class StartPose:
+    """Word of a command: the first pose of a trajectory that a step before has made, as an option.
+    Disturbed as a start in the field is, or not."""
+
+    trajectory: str
+    disturbed: bool = True
+
+    def words(self, folder: Path) -> list[str]:
+        return [f"--initial-pose={start_pose(folder / self.trajectory, self.disturbed)}"]
+
+    def __str__(self) -> str:
+        return (
+            f"--initial-pose=<{'disturbed ' if self.disturbed else ''}start of {self.trajectory}>"
+        )
+
+
+@dataclass(frozen=True)
+class Step:
+    """A command that makes `products`, run in the results folder."""
+
+    name: str
+    title: str  # for people
+    command: tuple[str | StartPose, ...]  # file names relative to the results folder
+    products: tuple[str, ...]  # files and folders; what is there already is removed first
+    after: tuple[str, ...] = ()  # names of steps that it needs
+    seconds: float = 10.0  # expected, for the time left
+    stdout: str = ""  # product that takes what the command prints
+    reads: tuple[Path, ...] = ()  # files outside the folder that the result depends on
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a step went."""
+
+    key: str
+    failed: bool
+    seconds: float
+    error: str = ""  # last lines of what it said, where it failed
+    command: tuple[str, ...] = ()  # words as run
+
+
+@dataclass
+class Book:
+    """The outcomes so far of all steps of a results folder."""
+
+    folder: Path
+    outcomes: dict[str, Outcome] = field(default_factory=dict)
+
+    def file(self, name: str) -> Path:
+        return self.folder / "steps" / f"{name}.json"
+
+    def log(self, name: str) -> Path:
+        return self.folder / "steps" / f"{name}.log"
+
+    def recall(self, step: Step, key: str) -> Outcome | None:
+        """The outcome of an earlier run, if it was for the same key and went well."""
+        try:
+            data = json.loads(self.file(step.name).read_text())
+            data["command"] = tuple(data["command"])
+            outcome = Outcome(**data)
+        except (OSError, ValueError, TypeError, KeyError):
+            return None
+        there = all((self.folder / product).exists() for product in step.products)
+        return outcome if outcome.key == key and there and not outcome.failed else None
+
+    def note(self, name: str, outcome: Outcome) -> None:
+        self.outcomes[name] = outcome
+        file = self.file(name)
+        file.parent.mkdir(parents=True, exist_ok=True)
+        part = file.with_suffix(".part")
+        part.write_text(json.dumps(outcome.__dict__, indent=1))
+        part.replace(file)
+
+
+@cache
+def file_checksum(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else "none"
+
+
+def keys_of(steps: Iterable[Step], resolve: Resolve) -> dict[str, str]:
+    """Keys of all steps; `resolve` turns a program's name into its path."""
+    keys: dict[str, str] = {}
+    for step in steps:
+        words = [str(word) for word in step.command]
+        programs = [file_checksum(Path(resolve(words[0])))]
+        programs += [file_checksum(path) for path in step.reads]
+        before = [keys[name] for name in step.after]
+        text = json.dumps([words, programs, before, list(step.products), step.stdout])
+        keys[step.name] = hashlib.sha256(text.encode()).hexdigest()[:20]
+    return keys
+
+
+def remove(path: Path) -> None:
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
+
+
+def run_step(step: Step, key: str, book: Book, resolve: Resolve) -> Outcome:
+    """Runs it whatever was before."""
+    folder = book.folder
+    book.file(step.name).unlink(missing_ok=True)
+    begin = time.monotonic()
+    words: list[str] = []
+    try:
+        for product in step.products:
+            remove(folder / product)
+            (folder / product).parent.mkdir(parents=True, exist_ok=True)
+        for word in step.command:
+            words += word.words(folder) if isinstance(word, StartPose) else [word]
+        book.log(step.name).parent.mkdir(parents=True, exist_ok=True)
+        with book.log(step.name).open("w") as log:
+            out = (folder / step.stdout).open("w") if step.stdout else log
+            try:
+                code = subprocess.run(
+                    [resolve(words[0]), *words[1:]],
+                    cwd=folder,
+                    stdout=out,
+                    stderr=log,
+                    stdin=subprocess.DEVNULL,
+                    check=False,
+                ).returncode
+            finally:
+                if out is not log:
+                    out.close()
+        missing = [p for p in step.products if not (folder / p).exists()]
+        error = last_lines(book.log(step.name)) if code != 0 else ""
+        if code != 0:
+            error = f"exit code {code}\n{error}".strip()
+        elif missing:
+            error = f"did not make {', '.join(missing)}"
+    except (OSError, ValueError) as problem:
+        error = str(problem)
+    return Outcome(key, bool(error), round(time.monotonic() - begin, 2), error, tuple(words))
+
+
+def last_lines(path: Path, count: int = 12) -> str:
+    """The end of a log; of a progress bar, which overwrites itself, what it showed last."""
+    text = path.read_text(errors="replace")
+    lines = [line.split("\r")[-1].rstrip() for line in text.replace("\r\n", "\n").split("\n")]
+    return "\n".join([line for line in lines if line][-count:])
+
+
+class Runner:
+    """Does what is not done yet, in order, up to `jobs` at a time."""
+
+    def __init__(
+        self, book: Book, resolve: Resolve, tell: Callable[[str], None], jobs: int = 1
+    ) -> None:
+        self.book, self.resolve, self.tell, self.jobs = book, resolve, tell, jobs
+        self.spent_s = 0.0  # of the expected seconds of the steps run
+        self.expected_s = 0.0
+
+    def to_do(self, steps: list[Step]) -> list[Step]:
+        """The steps without a valid outcome; the outcomes of the others are in the book."""
+        keys = keys_of(steps, self.resolve)
+        left: list[Step] = []
+        for step in steps:
+            outcome = self.book.recall(step, keys[step.name])
+            if outcome is not None and not any(s.name in step.after for s in left):
+                self.book.outcomes[step.name] = outcome
+            else:
+                left.append(step)
+        return left
+
+    def run(self, steps: list[Step]) -> bool:
+        """Whether all went well. A failed step fails those that need it, and nothing else."""
+        keys = keys_of(steps, self.resolve)
+        left = self.to_do(steps)
+        total, done = len(left), 0
+        left_s = sum(step.seconds for step in left)
+        running: dict[Future[Outcome], Step] = {}
+        begin = time.monotonic()
+        with ThreadPoolExecutor(self.jobs) as pool:
+            while left or running:
+                waiting = {s.name for s in [*left, *running.values()]}
+                for step in list(left):
+                    if len(running) >= self.jobs:
+                        break
+                    if waiting & set(step.after):
+                        continue
+                    left.remove(step)
+                    broken = [n for n in step.after if self.failed(n)]
+                    if broken:
+                        self.skip(step, keys[step.name], broken)
+                        done, left_s = done + 1, left_s - step.seconds
+                        waiting.discard(step.name)
+                        continue
+                    self.tell(
+                        f"[{done + len(running) + 1}/{total}] {step.title}{self.time_left(left_s)}"
+                    )
+                    running[
+                        pool.submit(run_step, step, keys[step.name], self.book, self.resolve)
+                    ] = step
+                if not running:
+                    continue
+                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                    step = running.pop(future)
+                    outcome = future.result()
+                    self.book.note(step.name, outcome)
+                    done, left_s = done + 1, left_s - step.seconds
+                    self.expected_s += step.seconds
+                    self.spent_s = time.monotonic() - begin
+                    if outcome.failed:
+                        self.tell(f"    FAILED: {step.name}: {outcome.error.splitlines()[-1]}")
+        return not any(self.failed(step.name) for step in steps)
+
+    def failed(self, name: str) -> bool:
+        outcome = self.book.outcomes.get(name)
+        return outcome is None or outcome.failed
+
+    def skip(self, step: Step, key: str, broken: list[str]) -> None:
+        self.book.file(step.name).unlink(missing_ok=True)
+        why = f"not run, for {', '.join(broken)} failed"
+        self.book.outcomes[step.name] = Outcome(key, True, 0.0, why)
+
+    def time_left(self, left_s: float) -> str:
+        """By the expected seconds, corrected by how the steps so far kept to them."""
+        pace = self.spent_s / self.expected_s if self.expected_s > 0.0 else 1.0
+        minutes = pace * left_s / 60.0
+        return f", some {minutes:.0f} min left" if minutes >= 1.0 else ", less than a minute left"
+
+
+def program_finder(bins: Path, tools: Path, python: str) -> Resolve:
+    """Programs by their names: topoloc-* in `bins`, scripts in tools/, others in the PATH."""
+
+    def resolve(name: str) -> str:
+        for folder in (bins, tools):
+            if (folder / name).is_file():
+                return str(folder / name)
+        if name == "python":
+            return python
+        return shutil.which(name, path=os.environ.get("PATH")) or str(bins / name)
+
+    return resolve

@@ -1,0 +1,221 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: 2026 The topoloc authors
+"""Simulates scenarios, builds maps, localises, and writes one self-contained HTML report.
+
+Every step is kept in --out with what it depends on: a run that was interrupted goes on where it
+stopped, and after a change only what it touches is done again. `topoloc-evaluate suite` is this.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shlex
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from scenario_suite.figures import Hardness, Results, Verdict, hardness, judge, load_results
+from scenario_suite.plan import Choice, Plan, make_plan, reduced
+from scenario_suite.report import code_version, suite_report
+from scenario_suite.rows import HARD_ROWS, HARD_TIMES, REDUCED_TARGETS, TARGETS
+from scenario_suite.steps import Book, Runner, program_finder
+
+ROOT = Path(__file__).resolve().parent.parent
+EXAMPLES = """examples:
+  topoloc-evaluate suite                                   # all: hours; start it again at any time
+  topoloc-evaluate suite --scenarios town --seeds 1 --only day
+  topoloc-evaluate suite --list
+  topoloc-evaluate suite --reduced --check                 # what continuous integration runs
+
+Exit code: 0 report written, 1 a step failed or, with --check, a target is missed, 2 wrong usage,
+130 interrupted (the report has what there is)."""
+
+
+def word_list(text: str) -> tuple[str, ...]:
+    return tuple(word for word in text.replace(",", " ").split() if word)
+
+
+def seed_list(text: str) -> tuple[int, ...]:
+    return tuple(int(word) for word in word_list(text))
+
+
+def parse(arguments: Sequence[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="topoloc-evaluate suite",
+        description=__doc__,
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    default = Choice()
+    parser.add_argument("--out", type=Path, help="results folder [demo/suite, or suite-reduced]")
+    parser.add_argument(
+        "--scenarios", type=word_list, default=default.scenarios, metavar="LIST",
+        help="of town, highway, tunnel, mixed [town,highway,tunnel]",
+    )  # fmt: skip
+    parser.add_argument(
+        "--seeds", type=seed_list, default=default.seeds, metavar="LIST", help="of worlds [1,2]"
+    )
+    parser.add_argument("--metres", type=float, default=default.metres, help="of each drive [500]")
+    parser.add_argument("--only", default="", metavar="TEXT", help="rows whose name contains it")
+    parser.add_argument("--reduced", action="store_true", help="a few rows of short drives")
+    parser.add_argument("--check", action="store_true", help="exit 1 where a target is missed")
+    parser.add_argument("--list", action="store_true", help="show rows and steps, do nothing")
+    parser.add_argument("--report-only", action="store_true", help="of what there is already")
+    parser.add_argument("--json", type=Path, help="also write all figures here")
+    parser.add_argument("--report", type=Path, help="HTML file [report.html in the results folder]")
+    parser.add_argument("--jobs", type=int, default=1, help="steps at a time; each takes all cores")
+    parser.add_argument(
+        "--bins", type=Path, help="programs [TOPOLOC_BIN, else build/release/bin]",
+        default=Path(os.environ.get("TOPOLOC_BIN", ROOT / "build/release/bin")),
+    )  # fmt: skip
+    args = parser.parse_args(arguments)
+    unknown = set(args.scenarios) - {"town", "highway", "tunnel", "mixed"}
+    if unknown or not args.scenarios:
+        parser.error(f"--scenarios: {', '.join(sorted(unknown)) or 'none given'}")
+    if not args.seeds or min(args.seeds) < 0 or max(args.seeds) > 99:
+        parser.error("--seeds: give numbers from 0 to 99")
+    if not 50.0 <= args.metres <= 100000.0:
+        parser.error("--metres: at least 50")
+    if args.jobs < 1:
+        parser.error("--jobs: at least 1")
+    return args
+
+
+def show_plan(plan: Plan, runner: Runner) -> None:
+    left = {step.name for step in runner.to_do(plan.steps)}
+    for run in plan.runs:
+        row = run.row
+        print(f"row {run.scenario} {run.seed} {row.name}: {row.group}: {row.label}")
+    for step in plan.steps:
+        print(f"{'to do' if step.name in left else 'done '} {step.name}: {step.title}")
+    seconds = sum(step.seconds for step in plan.steps if step.name in left)
+    minutes = seconds / 60.0
+    print(f"{len(left)} of {len(plan.steps)} steps to do, some {minutes:.0f} min on two idle cores")
+
+
+def as_json(results: Results, verdicts: list[Verdict], hard: list[Hardness]) -> dict[str, Any]:
+    return {
+        "code": code_version(),
+        "metres": results.plan.choice.metres,
+        "reduced": results.plan.choice.reduced,
+        "rows": [
+            {
+                "scenario": row.scenario,
+                "row": row.row.name,
+                "label": f"{row.row.group}: {row.row.label}",
+                "lost": row.lost,
+                "seeds": {str(seed): figures for seed, figures in row.by_seed.items()},
+            }
+            for row in results.rows
+        ],
+        "maps": {name: m.__dict__ for name, m in results.maps.items()},
+        "targets": [
+            {
+                "scenario": v.target.scenario,
+                "row": v.target.row,
+                "figure": v.target.figure,
+                "value": v.value,
+                "limit": v.target.limit,
+                "goal": v.target.goal,
+                "met": v.met,
+                "why": v.reasons,
+            }
+            for v in verdicts
+        ],
+        "hard_enough": [
+            {
+                "scenario": h.target.scenario,
+                "row": h.row.name,
+                "figure": h.target.figure,
+                # No number where it was lost: JSON has no infinity.
+                "times": "lost" if h.times == float("inf") else h.times,
+                "hard": h.hard(HARD_TIMES),
+            }
+            for h in hard
+        ],
+        "failed": [name for name, o in results.book.outcomes.items() if o.failed],
+    }
+
+
+def print_summary(results: Results, verdicts: list[Verdict], hard: list[Hardness]) -> None:
+    print()
+    for row in results.rows:
+        apet, aper = row.median("apet_m"), row.median("aper_rad")
+        lon, lat = row.median("longitudinal_m"), row.median("lateral_m")
+        title = f"{row.scenario}: {row.row.group}: {row.row.label}"
+        if apet is None or aper is None or lon is None or lat is None:
+            print(f"{title}: not measured")
+            continue
+        lost = f", LOST on {row.lost} of {len(row.by_seed)}" if row.lost else ""
+        print(
+            f"{title}: APEt {apet:.3f} m (lon {lon:.3f}, lat {lat:.3f}), "
+            f"APEr {1000.0 * aper:.2f} mrad{lost}"
+        )
+    print()
+    for v in verdicts:
+        value = "not measured" if v.value is None else f"{v.value:.4g}"
+        print(f"{'met   ' if v.met else 'MISSED'} {v.title}: {value}, at most {v.target.limit:g}"
+              f"{'' if v.met else ': ' + '; '.join(v.reasons)}")  # fmt: skip
+    for h in hard:
+        if not h.hard(HARD_TIMES):
+            times = "not measured" if h.times is None else f"{h.times:.1f} times the target"
+            print(f"too easy: {h.target.scenario} {h.target.figure}, {h.row.label}: {times}")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    args = parse(words)
+    models = Path(os.environ.get("TOPOLOC_MODELS", ROOT / "third_party/cache/models"))
+    choice = Choice(args.scenarios, args.seeds, args.metres, args.only, models=models)
+    if args.reduced:
+        choice = reduced(choice)
+    plan = make_plan(choice)
+    if not plan.runs:
+        print(
+            f"topoloc-evaluate suite: no row is named '{args.only}' (see --list)", file=sys.stderr
+        )
+        return 2
+    out = (args.out or ROOT / "demo" / ("suite-reduced" if args.reduced else "suite")).resolve()
+    out.mkdir(parents=True, exist_ok=True)
+    resolve = program_finder(args.bins.resolve(), ROOT / "tools", sys.executable)
+    book = Book(out)
+
+    def tell(line: str) -> None:
+        print(line, flush=True)
+
+    runner = Runner(book, resolve, tell, args.jobs)
+    if args.list:
+        show_plan(plan, runner)
+        return 0
+    code = 0
+    try:
+        if args.report_only:
+            runner.to_do(plan.steps)
+        elif not runner.run(plan.steps):
+            code = 1
+    except KeyboardInterrupt:
+        tell("\ninterrupted: the same command goes on from here")
+        code = 130
+    results = load_results(plan, out, book)
+    targets = REDUCED_TARGETS if args.reduced else TARGETS
+    verdicts = judge(results, targets)
+    hard = hardness(results, targets, HARD_ROWS)
+    print_summary(results, verdicts, hard)
+    report = args.report or out / "report.html"
+    report.write_text(
+        suite_report(results, verdicts, hard, shlex.join(["topoloc-evaluate", "suite", *words]))
+    )
+    if args.json:
+        args.json.write_text(json.dumps(as_json(results, verdicts, hard), indent=1) + "\n")
+    print(f"\nreport: {report}")
+    if code == 0 and args.check and not all(v.met for v in verdicts):
+        return 1
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())
