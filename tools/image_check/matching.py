@@ -91,7 +91,8 @@ def epipolar_px(essential: Floats, rays_a: Floats, rays_b: Floats) -> Floats:
     line_b, line_a = rays_a @ essential.T, rays_b @ essential
     product = np.abs((rays_b * line_b).sum(1))
     length = np.minimum(np.hypot(*line_a[:, :2].T), np.hypot(*line_b[:, :2].T))
-    return FOCAL_PX * product / np.maximum(length, 1e-12)
+    out: Floats = FOCAL_PX * product / np.maximum(length, 1e-12)
+    return out
 
 
 def skew(t: Floats) -> Floats:

@@ -1,0 +1,277 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: 2026 The topoloc authors
+"""The scenario suite with stand-ins for the programs: what is run, kept, reported and judged."""
+
+from __future__ import annotations
+
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from fake_programs import LOCALISE, FakePrograms
+
+import scenario_suite.report
+import suite
+from drive_variant import make_variant, merged
+from scenario_suite.figures import read_json
+from scenario_suite.plan import Choice, make_plan
+from scenario_suite.rows import TARGETS
+from scenario_suite.steps import file_checksum
+
+
+@pytest.fixture
+def programs(tmp_path: Path) -> FakePrograms:
+    return FakePrograms(tmp_path / "bin")
+
+
+def run(programs: FakePrograms, *options: str) -> int:
+    """The suite on one seed, with no model files, so that no optional rows."""
+    out = programs.folder.parent / "out"
+    words = ["--out", str(out), "--bins", str(programs.folder), "--json", str(out / "all.json")]
+    if "--seeds" not in options:
+        words += ["--seeds", "1"]
+    return suite.main([*words, *options])
+
+
+@pytest.fixture(autouse=True)
+def no_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TOPOLOC_MODELS", str(tmp_path / "models"))
+
+
+@pytest.fixture(autouse=True)
+def no_plots(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They take most of the time; tests marked `plots` have them."""
+    if request.node.get_closest_marker("plots") is None:
+        monkeypatch.setattr(scenario_suite.report, "scenario_plots", lambda *_: [])
+        monkeypatch.setattr(scenario_suite.report, "node_plots", lambda *_: [])
+
+
+def report(programs: FakePrograms) -> str:
+    return (programs.folder.parent / "out/report.html").read_text()
+
+
+def figures(programs: FakePrograms) -> dict[str, Any]:
+    data = read_json(programs.folder.parent / "out/all.json")
+    assert data is not None
+    return data
+
+
+def test_steps_come_after_what_they_need_and_maps_are_shared() -> None:
+    plan = make_plan(Choice(seeds=(1, 2)))
+    seen: set[str] = set()
+    for step in plan.steps:
+        assert set(step.after) <= seen, step.name
+        seen.add(step.name)
+    builds = [s for s in plan.steps if s.command[:2] == ("topoloc-map", "build")]
+    assert len(builds) == 3 * 2 * 4  # scenarios, seeds, and: self, auto, truth, sift
+    auto = plan.step("map_town_1_auto").command
+    assert auto[auto.index("--trajectory") + 1] == "drives/town_1_map/prior.tum"
+    assert auto[auto.index("--refine") + 1] == "auto"
+    other = plan.step("drive_town_1_dusk").command
+    assert other[other.index("--from-world") + 1] == "drives/town_1_map"
+
+
+def test_every_target_has_its_row_in_the_full_plan() -> None:
+    rows = {(run.scenario, run.row.name) for run in make_plan(Choice()).runs}
+    for target in TARGETS:
+        assert (target.scenario, target.row) in rows
+        assert (target.scenario, f"{target.row}_weak") in rows
+        assert (target.scenario, f"{target.row}_reckoning") in rows
+
+
+def test_models_get_rows_where_their_files_are(tmp_path: Path) -> None:
+    names = {run.row.name for run in make_plan(Choice(models=tmp_path)).runs}
+    assert not {n for n in names if "aliked" in n or "disk" in n}
+    for name in ("aliked-n16_640x384_n512.onnx", "lightglue-aliked_n512.onnx"):
+        (tmp_path / name).touch()
+    names = {run.row.name for run in make_plan(Choice(models=tmp_path)).runs}
+    assert {"day_aliked", "dusk_aliked"} <= names and "day_disk" not in names
+
+
+def test_a_second_run_does_nothing_and_an_interrupted_one_goes_on(programs: FakePrograms) -> None:
+    assert run(programs, "--scenarios", "town") == 0
+    first = programs.calls()
+    assert len([c for c in first if c.startswith("topoloc-simulate")]) == 3
+    assert run(programs, "--scenarios", "town") == 0
+    assert programs.calls() == []
+    # As if it had been stopped in the middle of a step: its product is there, its outcome is not.
+    out = programs.folder.parent / "out"
+    (out / "steps/localise_town_1_day_mutual.json").unlink()
+    assert run(programs, "--scenarios", "town") == 0
+    assert [c.split()[0] for c in programs.calls()] == ["topoloc-localise", "topoloc-evaluate"]
+    # A product that is gone, and with it what was made of it.
+    (out / "maps/map_town_1_truth.tmap").unlink()
+    assert run(programs, "--scenarios", "town") == 0
+    again = programs.calls()
+    assert again[0].startswith("topoloc-map build")
+    assert all("_truth" in c for c in again) and len(again) == 7
+
+
+def test_a_changed_program_or_length_does_again_what_depends_on_it(programs: FakePrograms) -> None:
+    run(programs, "--scenarios", "town", "--only", "day_truth")
+    programs.calls()
+    programs.write("topoloc-localise", "# another build" + LOCALISE)
+    file_checksum.cache_clear()  # a run takes the programs as they are at its start
+    run(programs, "--scenarios", "town", "--only", "day_truth")
+    assert [c.split()[0] for c in programs.calls()] == ["topoloc-localise", "topoloc-evaluate"]
+    run(programs, "--scenarios", "town", "--only", "day_truth", "--metres", "300")
+    assert programs.calls()[0].startswith("topoloc-simulate")
+
+
+def test_a_failed_step_is_reported_and_does_not_stop_the_rest(programs: FakePrograms) -> None:
+    programs.fail("maps/map_town_1_truth.tmap")
+    assert run(programs, "--scenarios", "town,highway") == 1
+    failed = figures(programs)["failed"]
+    assert "map_town_1_truth" in failed
+    assert "evaluate_town_1_day_truth" in failed and "evaluate_town_1_day" not in failed
+    assert not [name for name in failed if "highway" in name]
+    text = report(programs)
+    assert "made to fail" in text and "not run, for map_town_1_truth failed" in text
+    # The next run tries it again, and nothing that went well.
+    programs.fail("")
+    programs.calls()
+    assert run(programs, "--scenarios", "town,highway") == 0
+    assert all("_truth" in c for c in programs.calls())
+
+
+def test_a_missing_program_is_a_failed_step_too(programs: FakePrograms) -> None:
+    (programs.folder / "topoloc-simulate").unlink()
+    assert run(programs, "--scenarios", "town", "--only", "gnss") == 1
+    assert "topoloc-simulate" in report(programs)
+
+
+def row_of(data: dict[str, Any], name: str) -> dict[str, Any]:
+    return next(t for t in data["targets"] if (t["scenario"], t["row"]) == ("town", name))
+
+
+def test_targets_can_be_missed_and_the_rows_beside_say_why(programs: FakePrograms) -> None:
+    assert run(programs, "--scenarios", "town", "--check") == 0
+    assert all(t["met"] for t in figures(programs)["targets"])
+    programs.errors(town_1_day=0.31, town_1_day_truth=0.04)
+    out = programs.folder.parent / "out"
+    for name in ("day", "day_truth"):
+        (out / f"steps/evaluate_town_1_{name}.json").unlink()
+    assert run(programs, "--scenarios", "town") == 0  # a miss is a finding, no failure
+    assert run(programs, "--scenarios", "town", "--check") == 1
+    missed = row_of(figures(programs), "day")
+    assert not missed["met"] and missed["value"] == pytest.approx(0.31)
+    assert any(why.startswith("map error: with true node poses") for why in missed["why"])
+    assert "missed" in report(programs)
+
+
+def test_a_lost_run_misses_its_targets_however_small_its_error(programs: FakePrograms) -> None:
+    programs.lost('["town_1_day.tum"]')
+    assert run(programs, "--scenarios", "town", "--check") == 1
+    missed = row_of(figures(programs), "day")
+    assert not missed["met"] and "lost on 1 of 1 seeds" in missed["why"]
+
+
+def test_a_world_that_the_weak_baseline_copes_with_is_told(programs: FakePrograms) -> None:
+    programs.errors(town_1_day_weak=0.2)
+    run(programs, "--scenarios", "town")
+    entry = next(
+        h for h in figures(programs)["hard_enough"]
+        if h["row"] == "day_weak" and h["figure"] == "apet_m"
+    )  # fmt: skip
+    assert not entry["hard"] and entry["times"] == pytest.approx(0.2 / 0.15)
+    assert "the world is too easy" in report(programs)
+
+
+def test_medians_are_over_the_seeds_and_need_all_of_them(programs: FakePrograms) -> None:
+    programs.errors(town_1_day=0.1, town_2_day=0.3)
+    run(programs, "--scenarios", "town", "--seeds", "1,2", "--only", "day")
+    assert row_of(figures(programs), "day")["value"] == pytest.approx(0.2)
+    programs.fail("estimates/town_2_day.tum")
+    (programs.folder.parent / "out/steps/localise_town_2_day.json").unlink()
+    run(programs, "--scenarios", "town", "--seeds", "1,2", "--only", "day")
+    missed = row_of(figures(programs), "day")
+    assert missed["value"] is None and not missed["met"]
+
+
+class Outside(HTMLParser):
+    """Collects what a page takes from elsewhere, and its anchors."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.links: list[str] = []
+        self.ids: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        for name, value in attrs:
+            if name in ("src", "href", "xlink:href") and value is not None:
+                self.links.append(value)
+            if name == "id" and value is not None:
+                self.ids.append(value)
+        assert tag not in ("script", "link", "iframe")
+
+
+@pytest.mark.plots
+def test_the_report_is_one_file_with_command_seed_and_map_size_of_every_figure(
+    programs: FakePrograms,
+) -> None:
+    run(programs, "--scenarios", "town,tunnel")
+    text = report(programs)
+    parser = Outside()
+    parser.feed(text)
+    assert len(set(parser.ids)) == len(parser.ids)
+    for link in parser.links:
+        assert link.startswith("data:") or link.removeprefix("#") in parser.ids, link
+    assert "<svg" in text and "currentColor" in text and "#010203" not in text
+    for anchor in ("commands-town-day", "commands-tunnel-dusk_weak", "commands-town-day_gnss"):
+        assert anchor in parser.ids
+    assert "# seed 1  # map: 900 bytes, 9 nodes" in text
+    assert "topoloc-map build --drive drives/town_1_map --cloud" in text
+    assert "--initial-pose=0.8" in text.replace("&#x27;", "") and "code " in text
+    for row in ("SIFT + ratio test, no gates", "dead reckoning", "low-cost GNSS", "without speed"):
+        assert row in text
+    for scenario in ("Town", "Tunnel", "Node poses", "Consistency"):
+        assert re.search(rf"<h2[^>]*>{scenario}</h2>", text)
+
+
+def test_wrong_usage_and_list(programs: FakePrograms, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(programs, "--only", "no such row") == 2
+    for words in (["--scenarios", "moon"], ["--seeds", "-1"], ["--metres", "3"], ["--jobs", "0"]):
+        with pytest.raises(SystemExit) as error:
+            suite.main(words)
+        assert error.value.code == 2
+    capsys.readouterr()
+    assert run(programs, "--list", "--scenarios", "town") == 0
+    listed = capsys.readouterr().out
+    assert "to do map_town_1_auto:" in listed and programs.calls() == []
+
+
+def test_jobs_at_a_time_give_the_same(programs: FakePrograms) -> None:
+    assert run(programs, "--scenarios", "town", "--jobs", "4") == 0
+    calls = programs.calls()
+    assert len(calls) == len(set(calls))
+    assert run(programs, "--scenarios", "town") == 0
+    assert programs.calls() == []
+
+
+def test_the_reduced_form_is_shorter_and_has_bounds_of_its_own(programs: FakePrograms) -> None:
+    programs.errors(town_1_day=0.5)
+    assert run(programs, "--reduced", "--check") == 1
+    data = figures(programs)
+    assert data["reduced"] and data["metres"] <= 200.0
+    assert {t["scenario"] for t in data["targets"]} == {"town", "highway", "tunnel"}
+    assert [t["row"] for t in data["targets"] if not t["met"]] == ["day"]
+
+
+def test_a_variant_merges_settings_and_links_the_rest(tmp_path: Path) -> None:
+    assert merged({"a": {"b": 1, "c": 2}, "d": 3}, {"a": {"b": 5}, "d": {"e": 6}}) == {
+        "a": {"b": 5, "c": 2},
+        "d": {"e": 6},
+    }
+    drive = tmp_path / "drive"
+    drive.mkdir()
+    (drive / "vehicle.yaml").write_text("matching: {matcher: mutual, threads: 1}\n")
+    (drive / "can.log").write_text("log")
+    out = tmp_path / "variant"
+    make_variant(drive, out, {"matching": {"matcher": "guided"}})
+    settings = yaml.safe_load((out / "vehicle.yaml").read_text())
+    assert settings == {"matching": {"matcher": "guided", "threads": 1}}
+    assert (out / "can.log").is_symlink() and (out / "can.log").read_text() == "log"
+    assert not (out / "vehicle.yaml").is_symlink()
