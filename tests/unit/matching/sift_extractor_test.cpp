@@ -64,8 +64,8 @@ TEST(SiftExtractor, FindsTheSamePointsInAShiftedImage) {
 
 TEST(SiftExtractor, GivesTheStrongestFirstAndUnitDescriptorsNoMoreThanAskedFor) {
   FeatureSet set;
-  sift(40)->extract(discs(2), set);
-  EXPECT_EQ(set.count, 40);
+  sift(60)->extract(discs(2), set);
+  EXPECT_EQ(set.count, 60);
   EXPECT_EQ(set.width_px, kWidth_px);
   for (int i = 0; i < set.count; ++i) {
     const auto slot = static_cast<std::size_t>(i);
