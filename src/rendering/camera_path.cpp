@@ -13,9 +13,9 @@ CameraPath::CameraPath(const CameraMotion& T_world_cam, double exposure_s, doubl
   const double span_s = exposure_s + readout_s;
   const auto steps = static_cast<int>(std::clamp(std::ceil(span_s / kStep_s), 1.0, 200.0));
   begin_s_ = -0.5 * span_s;
-  step_s_ = span_s / steps;
+  step_s_ = std::max(span_s / steps, 1e-9);
   for (int i = 0; i <= steps; ++i) {
-    poses_.push_back(T_world_cam(begin_s_ + i * step_s_));
+    poses_.push_back(T_world_cam(begin_s_ + i * span_s / steps));
   }
 }
 

@@ -101,7 +101,7 @@ float CameraRenderer::Impl::radiance(int row, int column, const CameraPath& path
     const double time = sample.time + shift / static_cast<double>(n);
     const RigidTransform T = path.at(row_s + exposure_time_s * (time - 0.5));
     const Eigen::Vector3d ray = lens.ray(column - 0.5 + sample.x, row - 0.5 + sample.y);
-    if (!(ray.x() == ray.x())) {
+    if (std::isnan(ray.x())) {
       return 0.0F;
     }
     rays[i] = {T.p, (T.R * ray).normalized()};
@@ -242,7 +242,7 @@ cv::Mat CameraRenderer::depth(const RigidTransform& T_world_cam) const {
     for (int column = 0; column < pinhole.width_px; ++column) {
       const Eigen::Vector3d ray = self.lens.ray(column, row);
       depths[column] = 0.0F;
-      if (ray.x() == ray.x()) {
+      if (!std::isnan(ray.x())) {
         const double length = ray.norm();
         const auto hit = self.raycaster->cast({T_world_cam.p, T_world_cam.R * ray / length});
         depths[column] = hit ? static_cast<float>(hit->distance_m / length) : 0.0F;
