@@ -55,7 +55,7 @@ bool blocked_in(RTCScene scene, RTCRay ray) {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   rtcOccluded1(scene, &context, &ray);
-  return ray.tfar < 0.0F;  // Embree's sign for a hit: minus infinity
+  return std::isinf(ray.tfar) && ray.tfar < 0.0F;  // Embree's sign for a hit
 }
 
 }  // namespace
@@ -179,12 +179,14 @@ void Raycaster::place_moving(std::span<const world::Instance> moving) {
   rtcCommitScene(scene_->moving.get());
 }
 
-std::optional<Hit> Raycaster::cast(const Ray& ray) const {
+std::optional<Hit> Raycaster::cast(const Ray& ray, Obstacles obstacles) const {
   RTCRayHit found{};
   found.ray = embree_ray(ray);
   found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  for (RTCScene scene : {scene_->fixed.get(), scene_->moving.get()}) {
+  RTCScene fixed = obstacles == Obstacles::kMoving ? nullptr : scene_->fixed.get();
+  RTCScene moving = obstacles == Obstacles::kFixed ? nullptr : scene_->moving.get();
+  for (RTCScene scene : {fixed, moving}) {
     if (scene != nullptr) {
       RTCIntersectContext context;
       rtcInitIntersectContext(&context);
@@ -258,6 +260,17 @@ std::array<Eigen::Vector3d, 3> Raycaster::corners(const Hit& hit) const {
                 (object.scale * object.mesh->vertices[vertex].position_m.cast<double>());
   }
   return result;
+}
+
+const Eigen::Vector3d& Raycaster::place(const Hit& hit) const {
+  return scene_->objects[hit.object].T_world_mesh.p;
+}
+
+bool Raycaster::near_moving(const Eigen::Vector3d& point_m, double within_m) const {
+  return std::any_of(scene_->objects.begin() + scene_->first_moving, scene_->objects.end(),
+                     [&](const Placed& object) {
+                       return (object.T_world_mesh.p - point_m).squaredNorm() < within_m * within_m;
+                     });
 }
 
 const world::World& Raycaster::world() const { return *scene_->world; }

@@ -52,13 +52,18 @@ class Raycaster {
   /// Replaces the moving vehicles.
   void place_moving(std::span<const world::Instance> moving);
 
-  [[nodiscard]] std::optional<Hit> cast(const Ray& ray) const;
+  [[nodiscard]] std::optional<Hit> cast(const Ray& ray,
+                                        Obstacles obstacles = Obstacles::kAll) const;
   /// The same for rays that leave in much the same direction, a few times faster.
   void cast(std::span<const Ray> rays, std::span<std::optional<Hit>> hits) const;
   /// Whether anything lies on the ray before its `max_m`.
   [[nodiscard]] bool blocked(const Ray& ray, Obstacles obstacles = Obstacles::kAll) const;
   /// Corners of the triangle that was hit, in the world.
   [[nodiscard]] std::array<Eigen::Vector3d, 3> corners(const Hit& hit) const;
+  /// Where the object that was hit stands: the origin of its mesh, in the world.
+  [[nodiscard]] const Eigen::Vector3d& place(const Hit& hit) const;
+  /// Whether a moving vehicle stands within a distance.
+  [[nodiscard]] bool near_moving(const Eigen::Vector3d& point_m, double within_m) const;
   [[nodiscard]] const world::World& world() const;
 
  private:
