@@ -12,8 +12,8 @@ namespace topoloc::simulation {
 /// What the driver keeps to.
 struct DrivingStyle {
   double lateral_acceleration_mps2 = 2.1;  ///< aimed at; 2.5 is not exceeded
-  double acceleration_mps2 = 1.3;          ///< at most, and 20 W/kg at speed
-  double braking_mps2 = 1.4;
+  double acceleration_mps2 = 1.2;          ///< at most, and 20 W/kg at speed
+  double braking_mps2 = 1.3;
   double reversing_mps = 1.4;
   double smoothing_s = 0.6;  ///< in which a pedal is pressed: limits the jerk
   double first_stand_s = 3.0;

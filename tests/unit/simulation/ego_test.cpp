@@ -76,7 +76,7 @@ TEST(Ego, KeepsLimitsOfSpeedAndAcceleration) {
       const double v = forward_mps(ego.trajectory.at(t));
       fastest = std::max(fastest, v);
       EXPECT_LE(v, limit * 1.001) << t;
-      EXPECT_LE(std::abs(v - last_mps) / kStep_s, 1.55) << t;
+      EXPECT_LE(std::abs(v - last_mps) / kStep_s, 1.5) << t;
       const double sideways = v * v * std::abs(ego.path.curvature_1pm(ego.journey.along_m(t)));
       hardest_curve = std::max(hardest_curve, sideways);
       last_mps = v;

@@ -20,8 +20,8 @@ struct ToyRoad {
              .speed_limit_mps = [limit_mps](double) { return limit_mps; },
              .bump_m =
                  [](double along_m, double left_m) {
-                   return 0.008 * std::sin(0.9 * along_m + 0.5 * left_m) +
-                          0.004 * std::sin(3.1 * along_m - 1.1 * left_m);
+                   return 0.004 * std::sin(0.9 * along_m + 0.5 * left_m) +
+                          0.002 * std::sin(3.1 * along_m - 1.1 * left_m);
                  }} {}
 
   std::unique_ptr<world::Route> route;
