@@ -32,11 +32,12 @@ struct LidarPoint {
   bool moving = false;        ///< hit a moving vehicle
 };
 
-/// One turn. `T_world_lidar` at a time [s] since the turn began. Deterministic in `key` whatever
-/// the number of threads. Points come by column, then beam; misses and drop-outs (dark, far,
-/// specular) are left out.
+/// One turn, clockwise seen from above and from behind the scanner (-x) to behind it.
+/// `T_world_lidar` at a time [s] since the turn began; frame: x forward, y left, z up.
+/// Deterministic in `key` whatever the number of threads (0: all of the machine's). Points come by
+/// column, then beam (lowest first); misses and drop-outs (dark, far, specular) are left out.
 std::vector<LidarPoint> scan(const Raycaster& raycaster, const LidarSpec& spec,
                              const std::function<RigidTransform(double)>& T_world_lidar,
-                             std::uint64_t key);
+                             std::uint64_t key, int threads = 0);
 
 }  // namespace topoloc::rendering

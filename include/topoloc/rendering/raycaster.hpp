@@ -4,6 +4,7 @@
 
 #include "topoloc/world/world.hpp"
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -30,12 +31,19 @@ struct Hit {
   const world::Surface* surface = nullptr;
   std::uint32_t instance = 0;  ///< world::Instance::seed
   bool moving = false;         ///< on a vehicle that drives
+  std::uint32_t object = 0;    ///< 0: scenery, else 1 + number of the instance, parked, moving
+  std::uint32_t triangle = 0;  ///< of the object's mesh
 };
+
+/// What stops a ray.
+enum class Obstacles : std::uint8_t { kAll, kFixed, kMoving };
 
 /// The world as rays see it (Embree). Casting is thread-safe, placing is not.
 class Raycaster {
  public:
-  /// `world` has to outlive it. `parked`: vehicles that stand for the whole drive.
+  /// `world` has to outlive it. `parked`: vehicles that stand for the whole drive. Throws
+  /// std::invalid_argument if an instance names a mesh, or a triangle a vertex or a surface, that
+  /// is not there.
   Raycaster(const world::World& world, std::span<const world::Instance> parked);
   ~Raycaster();
   Raycaster(Raycaster&&) noexcept;
@@ -44,14 +52,26 @@ class Raycaster {
   /// Replaces the moving vehicles.
   void place_moving(std::span<const world::Instance> moving);
 
-  [[nodiscard]] std::optional<Hit> cast(const Ray& ray) const;
+  [[nodiscard]] std::optional<Hit> cast(const Ray& ray,
+                                        Obstacles obstacles = Obstacles::kAll) const;
+  /// The same for rays that leave in much the same direction, a few times faster.
+  void cast(std::span<const Ray> rays, std::span<std::optional<Hit>> hits) const;
   /// Whether anything lies on the ray before its `max_m`.
-  [[nodiscard]] bool blocked(const Ray& ray) const;
+  [[nodiscard]] bool blocked(const Ray& ray, Obstacles obstacles = Obstacles::kAll) const;
+  /// Corners of the triangle that was hit, in the world.
+  [[nodiscard]] std::array<Eigen::Vector3d, 3> corners(const Hit& hit) const;
+  /// Where the object that was hit stands: the origin of its mesh, in the world.
+  [[nodiscard]] const Eigen::Vector3d& place(const Hit& hit) const;
+  /// Whether a moving vehicle stands within a distance.
+  [[nodiscard]] bool near_moving(const Eigen::Vector3d& point_m, double within_m) const;
   [[nodiscard]] const world::World& world() const;
 
  private:
   struct Scene;
   std::unique_ptr<Scene> scene_;
 };
+
+/// Where a ray may start that leaves a hit: off the surface by more than single precision errs.
+Eigen::Vector3d off_surface(const Hit& hit);
 
 }  // namespace topoloc::rendering

@@ -31,6 +31,10 @@ enum class Material : std::uint8_t {
   kGuardRail,
   kLamp,  ///< shines
   kDoor,
+  kWindow,  ///< pane with its frame and bars, curtains behind
+  kFence,   ///< painted wood or metal: fences, benches, bins, cabinets
+  kGround,  ///< earth, gravel, yards
+  kPlate,   ///< number plate
 };
 
 /// One surface of its own: a facade, a sign, a stretch of road. `seed` makes it unlike its like.

@@ -52,6 +52,32 @@ struct Lane {
   double speed_mps = 13.9;  ///< of its traffic
 };
 
+/// A run of stretches with one setting, and the road's profile there; profiles blend where
+/// sections meet.
+struct Section {
+  Setting setting = Setting::kTown;
+  double begin_m = 0.0;
+  double end_m = 0.0;
+  int lanes_right = 1;  ///< the way driven
+  int lanes_left = 1;   ///< oncoming
+  double lane_width_m = 3.25;
+  double median_half_m = 0.0;  ///< of the strip between the directions
+  double inner_m = 0.0;        ///< from the median to the first lane
+  double outer_m = 0.3;        ///< from the last lane to the kerb or the parked cars; hard shoulder
+  double parking_m = 0.0;
+  double footway_m = 0.0;
+  double kerb_m = 0.0;  ///< height
+  bool two_way = true;  ///< false: the other direction has a tunnel of its own
+  double limit_mps = 13.9;
+  std::uint32_t seed = 0;
+};
+
+/// Where a car may park.
+struct ParkingPlace {
+  RigidTransform T_world_place;  ///< middle of the place on the ground, x as the traffic beside it
+  double length_m = 6.0;
+};
+
 struct World {
   WorldSpec spec;
   Route route{{{Setting::kTown, 1.0, 0.0, 0.0}}};
@@ -60,6 +86,8 @@ struct World {
       meshes;  ///< [0]: all that is fixed and unique, in the world's frame; then prototypes
   std::vector<Instance> instances;  ///< fixed: trees, lamp posts
   std::vector<Lamp> lamps;
+  std::vector<Section> sections;  ///< from the route's begin to its end
+  std::vector<ParkingPlace> parking;
   std::vector<std::uint32_t> car_meshes;  ///< of prototypes for traffic; frame: middle of the rear
                                           ///< axle on the ground, x forward, y left, z up
 

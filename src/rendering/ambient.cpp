@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "rendering/ambient.hpp"
+
+#include "topoloc/world/random.hpp"
+
+#include "rendering/hemisphere.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace topoloc::rendering {
+namespace {
+
+constexpr double kCell_m = 0.5;         // on triangles
+constexpr double kPlantCell_m = 0.7;    // between leaves
+constexpr double kVehicleCell_m = 1.0;  // above vehicles
+constexpr double kVehicleHeight_m = 3.0;
+constexpr double kBounceReach_m = 60.0;
+constexpr float kBounceAlbedo = 0.22F;  // of what surrounds a road, on the average
+// Nodes lie above thin layers (markings on asphalt) and off the edges of their triangle (feet of
+// walls).
+constexpr double kLift_m = 0.03;
+constexpr double kInset_m = 0.04;
+
+enum class Kind : std::uint8_t { kTriangle, kPlant, kVehicle };
+
+Kind kind_of(world::Material material) {
+  switch (material) {
+    case world::Material::kFoliage:
+    case world::Material::kBark:
+      return Kind::kPlant;
+    case world::Material::kCarBody:
+    case world::Material::kCarGlass:
+    case world::Material::kTyre:
+      return Kind::kVehicle;
+    default:
+      return Kind::kTriangle;
+  }
+}
+
+Ambient::Value mixed(const Ambient::Value& a, const Ambient::Value& b, double share) {
+  const auto s = static_cast<float>(share);
+  return {a.irradiance + s * (b.irradiance - a.irradiance),
+          a.openness + s * (b.openness - a.openness)};
+}
+
+std::uint64_t bits(std::int64_t value) { return static_cast<std::uint64_t>(value); }
+
+/// Point of a triangle next to p.
+Eigen::Vector2d clamped(const Eigen::Vector2d& p, const std::array<Eigen::Vector2d, 3>& corners) {
+  const auto cross = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    return a.x() * b.y() - a.y() * b.x();
+  };
+  const double area = cross(corners[1] - corners[0], corners[2] - corners[0]);
+  bool inside = true;
+  Eigen::Vector2d nearest = p;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Eigen::Vector2d& a = corners[i];
+    const Eigen::Vector2d ab = corners[(i + 1) % 3] - a;
+    if (cross(ab, p - a) * area < 0.0) {
+      inside = false;
+    }
+    const double share = std::clamp((p - a).dot(ab) / std::max(ab.squaredNorm(), 1e-12), 0.0, 1.0);
+    const Eigen::Vector2d q = a + share * ab;
+    if ((q - p).squaredNorm() < least) {
+      least = (q - p).squaredNorm();
+      nearest = q;
+    }
+  }
+  return inside ? p : nearest;
+}
+
+}  // namespace
+
+Ambient::Ambient(const Raycaster& raycaster, const Illumination& light, const Sky& sky)
+    : raycaster_(&raycaster), light_(light), sky_(&sky) {}
+
+Ambient::Value Ambient::at(const Hit& hit) {
+  switch (kind_of(hit.surface->material)) {
+    case Kind::kPlant:
+      return in_plant(hit);
+    case Kind::kVehicle:
+      return on_vehicle(hit);
+    case Kind::kTriangle:
+      break;
+  }
+  return hit.moving ? on_vehicle(hit) : on_triangle(hit);
+}
+
+template <typename Where>
+Ambient::Value Ambient::remembered(std::uint64_t key, Gather gather, const Where& where) {
+  key |= 1U;  // 0 is a free slot
+  if (const auto known = cache_.find(key)) {
+    return {known->a, known->b};
+  }
+  const std::pair<Eigen::Vector3d, Eigen::Vector3d> place = where();
+  const Value value = gathered(place.first, place.second, gather);
+  cache_.add(key, {value.irradiance, value.openness});
+  return value;
+}
+
+/// A grid in the plane of the two axes that the triangle is seen best along; nodes beyond its edges
+/// stand for the edge.
+Ambient::Value Ambient::on_triangle(const Hit& hit) {
+  const auto corners = raycaster_->corners(hit);
+  const Eigen::Vector3d n = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+  Eigen::Index dropped = 0;
+  n.cwiseAbs().maxCoeff(&dropped);
+  const Eigen::Index s = (dropped + 1) % 3;
+  const Eigen::Index t = (dropped + 2) % 3;
+  const auto flat = [&](const Eigen::Vector3d& p) { return Eigen::Vector2d(p[s], p[t]); };
+  const std::array<Eigen::Vector2d, 3> flat_corners{flat(corners[0]), flat(corners[1]),
+                                                    flat(corners[2])};
+  const Eigen::Vector3d middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+  const std::uint64_t side = hit.normal.dot(n) > 0.0 ? 1 : 0;
+
+  const auto lifted = [&](const Eigen::Vector2d& p) {
+    Eigen::Vector3d point;
+    point[s] = p.x();
+    point[t] = p.y();
+    point[dropped] = corners[0][dropped] -
+                     (n[s] * (p.x() - corners[0][s]) + n[t] * (p.y() - corners[0][t])) / n[dropped];
+    const Eigen::Vector3d inwards = middle - point;
+    const double length_m = inwards.norm();
+    point += inwards * (std::min(kInset_m, 0.5 * length_m) / std::max(length_m, 1e-9));
+    return std::pair<Eigen::Vector3d, Eigen::Vector3d>(point + kLift_m * hit.normal, hit.normal);
+  };
+  const Eigen::Vector2d least = flat_corners[0].cwiseMin(flat_corners[1]).cwiseMin(flat_corners[2]);
+  const Eigen::Vector2d most = flat_corners[0].cwiseMax(flat_corners[1]).cwiseMax(flat_corners[2]);
+  if ((most - least).maxCoeff() < kCell_m) {  // one node for small ones
+    return remembered(world::key(hit.object, {hit.triangle, side}), Gather::kHemisphere,
+                      [&] { return lifted(flat(middle)); });
+  }
+  const Eigen::Vector2d at = flat(hit.point_m) / kCell_m;
+  const Eigen::Vector2d corner = at.array().floor();
+  const auto node = [&](int i, int j) {
+    const Eigen::Vector2d p = corner + Eigen::Vector2d(i, j);
+    const std::uint64_t key = world::key(
+        hit.object, {hit.triangle, side, bits(std::llround(p.x())), bits(std::llround(p.y()))});
+    return remembered(key, Gather::kHemisphere,
+                      [&] { return lifted(clamped(kCell_m * p, flat_corners)); });
+  };
+  const Eigen::Vector2d share = at - corner;
+  return mixed(mixed(node(0, 0), node(1, 0), share.x()), mixed(node(0, 1), node(1, 1), share.x()),
+               share.y());
+}
+
+Ambient::Value Ambient::in_space(const Eigen::Vector3d& point_m, double cell_m, Gather gather) {
+  const Eigen::Vector3d at = point_m / cell_m;
+  const Eigen::Vector3d corner = at.array().floor();
+  const Eigen::Vector3d share = at - corner;
+  const auto node = [&](int i, int j, int k) {
+    const Eigen::Vector3d p = corner + Eigen::Vector3d(i, j, k);
+    const std::uint64_t key = world::key(
+        0x5ACEU + static_cast<std::uint64_t>(gather),
+        {bits(std::llround(p.x())), bits(std::llround(p.y())), bits(std::llround(p.z()))});
+    return remembered(key, gather, [&] {
+      return std::pair<Eigen::Vector3d, Eigen::Vector3d>(cell_m * p, Eigen::Vector3d::UnitZ());
+    });
+  };
+  const auto plane = [&](int k) {
+    return mixed(mixed(node(0, 0, k), node(1, 0, k), share.x()),
+                 mixed(node(0, 1, k), node(1, 1, k), share.x()), share.y());
+  };
+  return mixed(plane(0), plane(1), share.z());
+}
+
+/// Leaves lie in all directions and let light through.
+Ambient::Value Ambient::in_plant(const Hit& hit) {
+  return in_space(hit.point_m, kPlantCell_m, Gather::kSphere);
+}
+
+/// What reaches a place above the vehicle, by how far a part of it faces up; below there is light
+/// that the road reflects.
+Ambient::Value Ambient::on_vehicle(const Hit& hit) {
+  const Eigen::Vector3d above(hit.point_m.x(), hit.point_m.y(),
+                              raycaster_->place(hit).z() + kVehicleHeight_m);
+  const Value value = in_space(above, kVehicleCell_m, Gather::kHemisphere);
+  const auto up = static_cast<float>(0.5 + 0.5 * hit.normal.z());
+  return {value.irradiance * (up + kBounceAlbedo * (1.0F - up)), value.openness * up};
+}
+
+Ambient::Value Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vector3d& normal,
+                                 Gather gather) const {
+  const Eigen::Matrix3d R = frame_of(normal);
+  Value sum;
+  const auto add = [&](const Eigen::Vector3d& direction) {
+    Ray ray{from_m, direction};
+    const bool sky = direction.z() > 0.0 && !raycaster_->blocked(ray, Obstacles::kFixed);
+    sum.irradiance += sky ? sky_->mean_radiance(direction) : reflected(ray);
+    sum.openness += sky ? 1.0F : 0.0F;
+  };
+  if (gather == Gather::kHemisphere) {
+    for (const Eigen::Vector3d& direction : hemisphere()) {
+      add(R * direction);
+    }
+  } else {
+    const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
+    for (int i = 0; i < kHemisphereRays; ++i) {
+      const double z = 1.0 - (2.0 * i + 1.0) / kHemisphereRays;
+      const double r = std::sqrt(1.0 - z * z);
+      add({r * std::cos(golden * i), r * std::sin(golden * i), z});
+    }
+  }
+  constexpr auto kShare = static_cast<float>(1.0 / kHemisphereRays);
+  return {sum.irradiance * kShare, sum.openness * kShare};
+}
+
+/// Radiance of what a ray meets, lit by the sun and the sky straight above.
+float Ambient::reflected(const Ray& ray) const {
+  const auto hit =
+      raycaster_->cast({ray.origin_m, ray.direction, kBounceReach_m}, Obstacles::kFixed);
+  if (!hit) {
+    return 0.0F;
+  }
+  const Eigen::Vector3d from_m = off_surface(*hit);
+  float irradiance = 0.0F;
+  if (!raycaster_->blocked({from_m, Eigen::Vector3d::UnitZ()}, Obstacles::kFixed)) {
+    irradiance += sky_->irradiance() * static_cast<float>(0.5 + 0.5 * hit->normal.z());
+  }
+  const double cosine = hit->normal.dot(light_.to_sun);
+  if (light_.sun > 0.0 && cosine > 0.0 &&
+      !raycaster_->blocked({from_m, light_.to_sun}, Obstacles::kFixed)) {
+    irradiance += static_cast<float>(light_.sun * cosine);
+  }
+  return kBounceAlbedo * irradiance;
+}
+
+}  // namespace topoloc::rendering

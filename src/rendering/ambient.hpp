@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#pragma once
+
+#include "topoloc/rendering/raycaster.hpp"
+
+#include "rendering/sky.hpp"
+#include "rendering/value_cache.hpp"
+
+#include <cstdint>
+
+#include <Eigen/Core>
+
+namespace topoloc::rendering {
+
+/// Light that comes from all sides: from the parts of the sky that are to be seen, and once
+/// reflected from what the sun and the sky shine on. No sampling noise: it is computed at nodes
+/// some 0.5 m apart, each once, and interpolated. What moves is left out.
+class Ambient {
+ public:
+  Ambient(const Raycaster& raycaster, const Illumination& light, const Sky& sky);
+
+  struct Value {
+    float irradiance = 0.0F;
+    float openness = 0.0F;  ///< share of the sky that is to be seen, weighted by the cosine
+  };
+  [[nodiscard]] Value at(const Hit& hit);
+  /// Between frames, while no thread uses it.
+  void make_room() { cache_.grow_if_full(); }
+
+ private:
+  enum class Gather : std::uint8_t { kHemisphere, kSphere };
+
+  [[nodiscard]] Value on_triangle(const Hit& hit);
+  [[nodiscard]] Value in_plant(const Hit& hit);
+  [[nodiscard]] Value on_vehicle(const Hit& hit);
+  template <typename Where>
+  [[nodiscard]] Value remembered(std::uint64_t key, Gather gather, const Where& where);
+  [[nodiscard]] Value in_space(const Eigen::Vector3d& point_m, double cell_m, Gather gather);
+  [[nodiscard]] Value gathered(const Eigen::Vector3d& from_m, const Eigen::Vector3d& normal,
+                               Gather gather) const;
+  [[nodiscard]] float reflected(const Ray& ray) const;
+
+  const Raycaster* raycaster_;
+  Illumination light_;
+  const Sky* sky_;
+  ValueCache cache_;
+};
+
+}  // namespace topoloc::rendering

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "rendering/lamps.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace topoloc::rendering {
+namespace {
+
+constexpr double kCell_m = 10.0;
+constexpr double kReach_m = 45.0;
+constexpr std::size_t kMostOfCell = 10;
+constexpr std::size_t kMostShadows = 3;
+
+std::uint64_t cell_key(std::int64_t x, std::int64_t y) {
+  return static_cast<std::uint64_t>(x) << 32U ^ (static_cast<std::uint64_t>(y) & 0xFFFFFFFFU);
+}
+
+std::int64_t cell_of(double x_m) { return static_cast<std::int64_t>(std::floor(x_m / kCell_m)); }
+
+double smooth_step(double from, double to, double x) {
+  const double t = std::clamp((x - from) / (to - from), 0.0, 1.0);
+  return t * t * (3.0 - 2.0 * t);
+}
+
+/// Irradiance at right angles to the light, at a place `to_point` from the lamp.
+double strength(const world::Lamp& lamp, const Eigen::Vector3d& to_point) {
+  constexpr double kLeast_m = 0.3;  // a lamp is no point
+  const double d2 = std::max(to_point.squaredNorm(), kLeast_m * kLeast_m);
+  if (d2 > kReach_m * kReach_m) {
+    return 0.0;
+  }
+  const double cosine = lamp.direction.dot(to_point) / std::sqrt(d2);
+  const double cone =
+      lamp.cos_cone <= -1.0
+          ? 1.0
+          : smooth_step(lamp.cos_cone, lamp.cos_cone + 0.3 * (1.0 - lamp.cos_cone), cosine);
+  const double fade = 1.0 - d2 / (kReach_m * kReach_m);  // nothing switches on with distance
+  return lamp.intensity * cone * fade * fade / d2;
+}
+
+}  // namespace
+
+Lamps::Lamps(const Raycaster& raycaster, bool lit) : raycaster_(&raycaster) {
+  const auto& lamps = raycaster.world().lamps;
+  for (std::uint32_t i = 0; i < lamps.size(); ++i) {
+    if (!lit && !lamps[i].always_on) {
+      continue;
+    }
+    const Eigen::Vector3d& p = lamps[i].position_m;
+    for (std::int64_t x = cell_of(p.x() - kReach_m); x <= cell_of(p.x() + kReach_m); ++x) {
+      for (std::int64_t y = cell_of(p.y() - kReach_m); y <= cell_of(p.y() + kReach_m); ++y) {
+        cells_[cell_key(x, y)].push_back(i);
+      }
+    }
+  }
+  for (auto& [key, cell] : cells_) {
+    if (cell.size() <= kMostOfCell) {
+      continue;
+    }
+    const Eigen::Vector2d middle(
+        (static_cast<double>(static_cast<std::int32_t>(key >> 32U)) + 0.5) * kCell_m,
+        (static_cast<double>(static_cast<std::int32_t>(key)) + 0.5) * kCell_m);
+    const auto weight = [&](std::uint32_t i) {
+      return lamps[i].intensity / (25.0 + (lamps[i].position_m.head<2>() - middle).squaredNorm());
+    };
+    std::stable_sort(cell.begin(), cell.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return weight(a) > weight(b); });
+    cell.resize(kMostOfCell);
+  }
+}
+
+std::span<const std::uint32_t> Lamps::near(const Eigen::Vector3d& point_m) const {
+  const auto found = cells_.find(cell_key(cell_of(point_m.x()), cell_of(point_m.y())));
+  return found == cells_.end() ? std::span<const std::uint32_t>() : found->second;
+}
+
+bool Lamps::any_near(const Eigen::Vector3d& point_m) const { return !near(point_m).empty(); }
+
+float Lamps::irradiance(const Hit& hit) const {
+  struct Light {
+    double irradiance = 0.0;
+    std::uint32_t lamp = 0;
+  };
+  std::array<Light, kMostOfCell> lights;
+  std::size_t count = 0;
+  double scattered = 0.0;
+  const auto& lamps = raycaster_->world().lamps;
+  for (const std::uint32_t i : near(hit.point_m)) {
+    const Eigen::Vector3d to_point = hit.point_m - lamps[i].position_m;
+    const double at_right_angles = strength(lamps[i], to_point);
+    if (at_right_angles <= 0.0) {
+      continue;
+    }
+    // What the surroundings of the lit spot throw about: they are not followed further.
+    constexpr double kScattered = 0.08;
+    scattered += kScattered * at_right_angles;
+    const double cosine = -hit.normal.dot(to_point) / std::max(to_point.norm(), 1e-6);
+    if (cosine > 0.0) {
+      lights[count++] = {at_right_angles * cosine, i};
+    }
+  }
+  const auto begin = lights.begin();
+  const auto end = begin + static_cast<std::ptrdiff_t>(count);
+  std::sort(begin, end, [](const Light& a, const Light& b) {
+    return a.irradiance != b.irradiance ? a.irradiance > b.irradiance : a.lamp < b.lamp;
+  });
+  double sum = scattered;
+  const Eigen::Vector3d from_m = off_surface(hit);
+  for (std::size_t i = 0; i < count; ++i) {
+    constexpr double kNegligible = 0.05;
+    if (i < kMostShadows && lights[i].irradiance > kNegligible * lights[0].irradiance) {
+      const Eigen::Vector3d to_lamp = lamps[lights[i].lamp].position_m - from_m;
+      const double distance_m = to_lamp.norm();
+      constexpr double kCasing_m = 0.35;  // a lamp does not stand in its own light
+      if (raycaster_->blocked({from_m, to_lamp / distance_m, distance_m - kCasing_m})) {
+        continue;
+      }
+    }
+    sum += lights[i].irradiance;
+  }
+  return static_cast<float>(sum);
+}
+
+}  // namespace topoloc::rendering

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "rendering/shading.hpp"
+
+#include "rendering/hemisphere.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace topoloc::rendering {
+namespace {
+
+// In the open by day lamps are off, in tunnels never.
+constexpr float kIndoors = 0.1F;
+
+bool translucent(const Hit& hit) { return hit.surface->material == world::Material::kFoliage; }
+
+/// Share of the sun's light on a surface: a leaf passes on some of what falls on its back.
+double sun_cosine(const Hit& hit, const Eigen::Vector3d& to_sun) {
+  const double cosine = hit.normal.dot(to_sun);
+  return translucent(hit) && cosine < 0.0 ? -0.5 * cosine : std::max(cosine, 0.0);
+}
+
+/// Mean appearance of the samples. Where they lie close together, the pattern itself is averaged
+/// over the pixel and looked up once; where they are strung out, on a road far ahead or by motion,
+/// each stands for its part of the string.
+world::Appearance appearance_of(const Patch& patch) {
+  const Hit& first = patch.hits.front();
+  const auto n = static_cast<float>(patch.hits.size());
+  const auto across_m = static_cast<float>(first.distance_m * patch.pixel_rad);
+  Eigen::Vector2f least = first.uv_m;
+  Eigen::Vector2f most = first.uv_m;
+  Eigen::Vector2f mean = Eigen::Vector2f::Zero();
+  for (const Hit& hit : patch.hits) {
+    least = least.cwiseMin(hit.uv_m);
+    most = most.cwiseMax(hit.uv_m);
+    mean += hit.uv_m / n;
+  }
+  const float spread_m = (most - least).norm();
+  if (patch.hits.size() == 1) {
+    const double cosine = std::abs(first.normal.dot(patch.directions.front()));
+    const float stretch = static_cast<float>(1.0 / std::sqrt(std::max(cosine, 0.04)));
+    return world::appearance(*first.surface, first.instance, first.uv_m, across_m * stretch);
+  }
+  constexpr float kTogether = 1.6F;
+  if (spread_m < kTogether * across_m) {
+    return world::appearance(*first.surface, first.instance, mean, std::max(across_m, spread_m));
+  }
+  const float footprint_m = std::max(across_m, 1.2F * spread_m / n);
+  world::Appearance sum{0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
+  for (const Hit& hit : patch.hits) {
+    const world::Appearance look =
+        world::appearance(*hit.surface, hit.instance, hit.uv_m, footprint_m);
+    sum.albedo += look.albedo / n;
+    sum.retro += look.retro / n;
+    sum.emission += look.emission / n;
+    sum.gloss += look.gloss / n;
+  }
+  return sum;
+}
+
+}  // namespace
+
+Shading::Shading(const Raycaster& raycaster, Light light, std::uint64_t seed)
+    : raycaster_(&raycaster),
+      light_(illumination(light)),
+      sky_(light_, seed),
+      lamps_(raycaster, light_.lamps_lit),
+      ambient_(raycaster, light_, sky_) {}
+
+void Shading::begin_frame(const std::optional<HeadLamps>& head_lamps) {
+  head_lamps_ = head_lamps;
+  ambient_.make_room();
+}
+
+/// The sun is a disc: towards one point of it from each sample. The rest is saved where the first
+/// and the last agree.
+float Shading::sunlit_share(std::span<const Hit> hits) const {
+  constexpr double kRadius = 0.00465;
+  const Eigen::Matrix3d R = frame_of(light_.to_sun);
+  const auto lit = [&](std::size_t i) {
+    constexpr std::array<std::array<double, 2>, 4> kDisc{
+        {{-0.6, -0.3}, {0.3, -0.6}, {-0.3, 0.6}, {0.6, 0.3}}};
+    const Eigen::Vector3d towards =
+        light_.to_sun + kRadius * (kDisc[i % 4][0] * R.col(0) + kDisc[i % 4][1] * R.col(1));
+    Hit from = hits[i];
+    if (from.normal.dot(light_.to_sun) < 0.0) {
+      from.normal = -from.normal;
+    }
+    return raycaster_->blocked({off_surface(from), towards.normalized()}) ? 0 : 1;
+  };
+  const std::size_t n = hits.size();
+  int sum = lit(0);
+  if (n > 1) {
+    sum += lit(n - 1);
+  }
+  if (n <= 2 || sum == 0 || sum == 2) {
+    return sum > 0 ? static_cast<float>(sum) / static_cast<float>(std::min<std::size_t>(n, 2))
+                   : 0.0F;
+  }
+  for (std::size_t i = 1; i + 1 < n; ++i) {
+    sum += lit(i);
+  }
+  return static_cast<float>(sum) / static_cast<float>(n);
+}
+
+/// Share of the sky's light that moving vehicles leave: what stands still is in Ambient.
+float Shading::beside_moving(const Hit& hit) const {
+  constexpr double kNear_m = 7.0;
+  constexpr double kReach_m = 3.0;
+  constexpr int kEvery = 3;
+  if (hit.moving || !raycaster_->near_moving(hit.point_m, kNear_m)) {
+    return 1.0F;
+  }
+  const Eigen::Matrix3d R = frame_of(hit.normal);
+  const Eigen::Vector3d from_m = off_surface(hit);
+  int free = 0;
+  int cast = 0;
+  for (std::size_t i = 0; i < hemisphere().size(); i += kEvery) {
+    ++cast;
+    free +=
+        raycaster_->blocked({from_m, R * hemisphere()[i], kReach_m}, Obstacles::kMoving) ? 0 : 1;
+  }
+  return static_cast<float>(free) / static_cast<float>(cast);
+}
+
+/// Radiance of what a smooth surface mirrors. What is seen in it gets the light of the surface
+/// itself: good enough for a blurred reflection.
+float Shading::mirrored(const Hit& hit, const Eigen::Vector3d& direction, float ambient) const {
+  const Eigen::Vector3d reflection = direction - 2.0 * direction.dot(hit.normal) * hit.normal;
+  const auto seen = raycaster_->cast({off_surface(hit), reflection});
+  if (!seen) {
+    constexpr float kMost = 4.0F;  // the sun's disc would flicker
+    return std::min(sky_.radiance(reflection), kMost);
+  }
+  constexpr float kBlur_m = 0.1F;
+  const world::Appearance look =
+      world::appearance(*seen->surface, seen->instance, seen->uv_m, kBlur_m);
+  float irradiance = ambient;
+  if (light_.sun > 0.0) {
+    const double cosine = sun_cosine(*seen, light_.to_sun);
+    if (cosine > 0.0) {
+      irradiance +=
+          static_cast<float>(light_.sun * cosine) * sunlit_share(std::span<const Hit>(&*seen, 1));
+    }
+  }
+  return look.albedo * irradiance;
+}
+
+float Shading::radiance(const Patch& patch) {
+  const Hit& hit = patch.hits[patch.hits.size() / 2];
+  const Eigen::Vector3d& direction = patch.directions[patch.hits.size() / 2];
+  const world::Appearance look = appearance_of(patch);
+  const Ambient::Value around = ambient_.at(hit);
+  const float ambient = around.irradiance * beside_moving(hit);
+
+  float irradiance = ambient;
+  if (light_.sun > 0.0) {
+    const double cosine = sun_cosine(hit, light_.to_sun);
+    if (cosine > 0.0) {
+      irradiance += static_cast<float>(light_.sun * cosine) * sunlit_share(patch.hits);
+    }
+  }
+  irradiance += lamps_.irradiance(hit);
+  float thrown_back = 0.0F;
+  if (head_lamps_) {
+    const HeadLamps::Light beam = head_lamps_->at(*raycaster_, hit);
+    irradiance += beam.irradiance;
+    if (look.retro > 0.0F && beam.beam > 0.0F) {
+      thrown_back =
+          look.retro * beam.beam * retro_gain(head_lamps_->observation_rad(hit, direction));
+    }
+  }
+  const bool shines = light_.lamps_lit || around.openness < kIndoors;
+  float result = look.albedo * irradiance + thrown_back + (shines ? look.emission : 0.0F);
+  constexpr float kDull = 0.02F;
+  if (look.gloss > kDull) {
+    // After Schlick: everything mirrors at grazing incidence.
+    const auto cosine = static_cast<float>(std::abs(hit.normal.dot(direction)));
+    const float grazing = 1.0F - cosine;
+    const float share =
+        look.gloss + (1.0F - look.gloss) * 0.6F * grazing * grazing * grazing * grazing * grazing;
+    result = (1.0F - share) * result + share * mirrored(hit, direction, ambient);
+  }
+  return result;
+}
+
+}  // namespace topoloc::rendering

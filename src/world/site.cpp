@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "world/site.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace topoloc::world {
+namespace {
+
+constexpr double kPlace_m = 2.0;
+constexpr double kBucket_m = 40.0;
+constexpr double kCell_m = 0.5;
+
+std::int64_t cell_of(double x, double y, double size_m) {
+  const auto ix = static_cast<std::int64_t>(std::floor(x / size_m));
+  const auto iy = static_cast<std::int64_t>(std::floor(y / size_m));
+  return ix * 0x100000000LL + iy;
+}
+
+}  // namespace
+
+Site::Site(const Route& route, double behind_m, double beyond_m) {
+  low_ = high_ = Eigen::Vector2d::Zero();
+  for (double s = -behind_m; s <= route.length_m() + beyond_m; s += kPlace_m) {
+    const RigidTransform T = route.T_world_road(s);
+    places_.push_back({T.p.head<2>(), T.R.col(1).head<2>(), s, T.p.z()});
+    low_ = low_.cwiseMin(T.p.head<2>());
+    high_ = high_.cwiseMax(T.p.head<2>());
+    buckets_[cell_of(T.p.x(), T.p.y(), kBucket_m)].push_back(
+        static_cast<std::uint32_t>(places_.size() - 1));
+  }
+}
+
+Site::Nearest Site::nearest(const Eigen::Vector2d& p) const {
+  double best = 1e18;
+  std::uint32_t index = 0;
+  const auto look = [&](double dx, double dy) {
+    const auto bucket = buckets_.find(cell_of(p.x() + dx, p.y() + dy, kBucket_m));
+    if (bucket == buckets_.end()) {
+      return;
+    }
+    for (const std::uint32_t i : bucket->second) {
+      const double d = (places_[i].p - p).squaredNorm();
+      if (d < best) {
+        best = d;
+        index = i;
+      }
+    }
+  };
+  for (int ring = 0; ring <= 24; ++ring) {
+    // All buckets of a ring; one ring more than the first hit, which need not be the nearest.
+    for (int i = -ring; i <= ring; ++i) {
+      for (int j = -ring; j <= ring; ++j) {
+        if (std::max(std::abs(i), std::abs(j)) == ring) {
+          look(i * kBucket_m, j * kBucket_m);
+        }
+      }
+    }
+    if (best < std::pow(ring * kBucket_m, 2)) {
+      break;
+    }
+  }
+  const Place& place = places_[index];
+  const Eigen::Vector2d forward(place.left.y(), -place.left.x());
+  Nearest result;
+  result.along_m = place.along_m + std::clamp(forward.dot(p - place.p), -kPlace_m, kPlace_m);
+  result.distance_m = best < 1e18 ? std::abs(place.left.dot(p - place.p)) : 1e9;
+  if (best < 1e18 && best > std::pow(result.distance_m + kPlace_m, 2)) {
+    result.distance_m = std::sqrt(best);  // beyond an end of the route
+  }
+  result.height_m = place.height_m;
+  result.left = place.left.dot(p - place.p) > 0.0;
+  return result;
+}
+
+double Site::land_m(const Eigen::Vector2d& p) const {
+  double weights = 0.0;
+  double heights = 0.0;
+  for (std::size_t i = 0; i < places_.size(); i += 4) {
+    const double d2 = (places_[i].p - p).squaredNorm() + 25.0;
+    const double weight = 1.0 / (d2 * d2);
+    weights += weight;
+    heights += weight * places_[i].height_m;
+  }
+  return heights / weights;
+}
+
+template <typename Visit>
+bool Site::cells(const Eigen::Vector2d& corner, const Eigen::Vector2d& along,
+                 const Eigen::Vector2d& across, Visit visit) const {
+  const int n = std::max(1, static_cast<int>(std::ceil(along.norm() / kCell_m * 1.2)));
+  const int m = std::max(1, static_cast<int>(std::ceil(across.norm() / kCell_m * 1.2)));
+  for (int i = 0; i <= n; ++i) {
+    for (int j = 0; j <= m; ++j) {
+      const Eigen::Vector2d p =
+          corner + along * (static_cast<double>(i) / n) + across * (static_cast<double>(j) / m);
+      if (!visit(cell_of(p.x(), p.y(), kCell_m))) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+bool Site::free(const Eigen::Vector2d& corner, const Eigen::Vector2d& along,
+                const Eigen::Vector2d& across) const {
+  return cells(corner, along, across, [&](std::int64_t cell) { return !taken_.contains(cell); });
+}
+
+bool Site::free(const Eigen::Vector2d& p) const {
+  return !taken_.contains(cell_of(p.x(), p.y(), kCell_m));
+}
+
+void Site::claim(const Eigen::Vector2d& corner, const Eigen::Vector2d& along,
+                 const Eigen::Vector2d& across) {
+  std::vector<std::int64_t> found;
+  cells(corner, along, across, [&](std::int64_t cell) {
+    found.push_back(cell);
+    return true;
+  });
+  taken_.insert(found.begin(), found.end());
+}
+
+}  // namespace topoloc::world

@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "world/town_lots.hpp"
+
+#include "world/house.hpp"
+#include "world/plants.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace topoloc::world {
+namespace {
+
+/// How a part of the town is built.
+struct District {
+  bool closed = true;      ///< houses in rows at the footway; else gardens between them
+  double setback_m = 0.0;  ///< of fronts from the footway
+  double shops = 0.4;      ///< share of houses
+  int storeys = 3;
+};
+
+District district_at(const Maker& maker, double along_m, bool right) {
+  constexpr double kDistrict_m = 130.0;
+  const auto piece = static_cast<std::uint64_t>(std::floor(along_m / kDistrict_m) + 1000.0);
+  Random random(maker.draw(0xD157, piece * 2 + (right ? 1 : 0)));
+  District result;
+  result.closed = random.chance(0.6);
+  result.setback_m = result.closed ? random.uniform(0.15, 0.6) : random.uniform(2.2, 5.5);
+  result.shops = result.closed ? random.uniform(0.2, 0.7) : 0.04;
+  result.storeys = result.closed ? 2 + random.below(4) : 1 + random.below(2);
+  return result;
+}
+
+/// Frame of a lot and how much ground it may take: x along the street, y away from it.
+struct Lot {
+  RigidTransform frame;
+  double width_m = 0.0;
+};
+
+// From one point of a footway's back to another.
+Lot lot_between(const Point& from, const Point& to, bool mirrored, double setback_m) {
+  Lot lot;
+  Point x = to - from;
+  x.z() = 0.0;
+  lot.width_m = x.norm();
+  x /= lot.width_m;
+  const Point y = (mirrored ? 1.0 : -1.0) * Point(-x.y(), x.x(), 0.0);
+  lot.frame.R.col(0) = x;
+  lot.frame.R.col(1) = y;
+  lot.frame.R.col(2) = Point::UnitZ();
+  lot.frame.p = from + setback_m * y;
+  lot.frame.p.z() = std::max(from.z(), to.z()) + 0.03;
+  return lot;
+}
+
+bool take(Maker& maker, const Lot& lot, double from_x, double width_m, double depth_m) {
+  const Eigen::Vector2d x = lot.frame.R.col(0).head<2>();
+  const Eigen::Vector2d y = lot.frame.R.col(1).head<2>();
+  const Eigen::Vector2d corner = lot.frame.p.head<2>() + from_x * x + 0.12 * y;
+  if (!maker.site.free(corner, width_m * x, depth_m * y)) {
+    return false;
+  }
+  maker.site.claim(corner, width_m * x, depth_m * y);
+  return true;
+}
+
+HouseForm house_form(Random& random, const District& district, double width_m) {
+  HouseForm form;
+  form.width_m = width_m;
+  form.depth_m = random.uniform(8.5, 12.5);
+  form.storeys = std::clamp(district.storeys + random.below(3) - 1, 1, 6);
+  form.storey_m = random.uniform(2.75, 3.3);
+  form.shop = random.chance(district.shops);
+  form.detached = !district.closed;
+  form.flat_roof = random.chance(district.closed ? 0.3 : 0.1);
+  return form;
+}
+
+// What stands at the footway before and between houses: fence, wall or hedge along x.
+void add_boundary(Maker& maker, MeshBuilder& builder, Random& random, const RigidTransform& frame,
+                  double length_m) {
+  if (length_m < 0.5) {
+    return;
+  }
+  const auto seed = [&] { return static_cast<std::uint32_t>(random.next()); };
+  const int kind = random.below(4);
+  const double height_m = random.uniform(0.8, 1.5);
+  builder.set_frame(frame);
+  if (kind == 0) {
+    const int count = std::max(1, static_cast<int>(length_m / 1.9));
+    for (int i = 0; i < count; ++i) {
+      RigidTransform T = upright_at(frame * Point((i + 0.5) * length_m / count, 0.3, -0.05),
+                                    std::atan2(frame.R(1, 0), frame.R(0, 0)));
+      maker.put(maker.prototypes.hedge, T, random.next(), 0.95 + 0.1 * random.uniform());
+    }
+  } else if (kind == 1) {  // boards
+    const std::uint32_t wood = builder.surface(
+        Material::kFence, seed(), {1.0F, static_cast<float>(random.uniform(0.15, 0.5))});
+    for (double x = 0.0; x < length_m - 0.1; x += 0.13) {
+      const double top = height_m + random.uniform(-0.015, 0.015);
+      builder.box(Point(x, 0.1, -0.3), Point(x + 0.095, 0.122, top), wood);
+    }
+    builder.box(Point(0.0, 0.122, 0.3), Point(length_m, 0.16, 0.38), wood);
+    builder.box(Point(0.0, 0.122, height_m - 0.3), Point(length_m, 0.16, height_m - 0.22), wood);
+  } else if (kind == 2) {  // wall with a top
+    const std::uint32_t wall = builder.surface(
+        Material::kFacade, seed(),
+        {random.chance(0.5) ? 1.0F : 4.0F, static_cast<float>(random.uniform(0.18, 0.5)), 3.0F});
+    builder.box(Point(0.0, 0.05, -0.8), Point(length_m, 0.3, height_m - 0.08), wall);
+    builder.box(Point(-0.03, 0.02, height_m - 0.08), Point(length_m + 0.03, 0.33, height_m), wall,
+                true);
+  } else {  // iron bars on a low wall
+    const std::uint32_t wall = builder.surface(Material::kConcrete, seed(), {3.0F, 0.3F});
+    const std::uint32_t iron =
+        builder.surface(Material::kPole, seed(), {static_cast<float>(random.uniform(0.05, 0.2))});
+    builder.box(Point(0.0, 0.05, -0.8), Point(length_m, 0.28, 0.4), wall);
+    for (double x = 0.1; x < length_m; x += 0.14) {
+      builder.bar(Point(x, 0.16, 0.4), Point(x, 0.16, height_m + 0.1), 0.011, 0.011, 3, iron);
+    }
+    for (const double z : {0.55, height_m}) {
+      builder.box(Point(0.0, 0.145, z), Point(length_m, 0.175, z + 0.03), iron);
+    }
+  }
+}
+
+// Trees and bushes in a yard.
+void plant_yard(Maker& maker, Random& random, const RigidTransform& frame, double width_m,
+                double depth_m, int count) {
+  for (int i = 0; i < count; ++i) {
+    const Point at =
+        frame * Point(random.uniform(0.0, width_m), random.uniform(0.8, depth_m), -0.1);
+    if (!maker.site.free(at.head<2>())) {
+      continue;
+    }
+    const bool tree = random.chance(0.35) && maker.site.nearest(at.head<2>()).distance_m > 9.5;
+    const auto& meshes = tree ? maker.prototypes.trees : maker.prototypes.bushes;
+    maker.put(meshes[static_cast<std::size_t>(random.below(static_cast<int>(meshes.size())))],
+              upright_at(at, random.uniform(0.0, 6.28)), random.next(), random.uniform(0.6, 1.0));
+  }
+}
+
+/// One side of one street.
+struct Row {
+  std::function<Point(double)> back;  ///< back of the footway
+  double begin_m;
+  double end_m;
+  bool mirrored;  ///< lots lie to the left of the way
+  std::function<District(double)> district;
+  std::function<bool(double, double)> allowed;
+  bool plain;
+};
+
+void build_row(Maker& maker, const Row& row, std::uint64_t seed) {
+  Random random(seed);
+  MeshBuilder builder = maker.unique();
+  double s = row.begin_m;
+  while (s < row.end_m - 6.0) {
+    const District district = row.district(s);
+    const double width_m =
+        std::min(random.uniform(7.5, district.closed ? 15.0 : 13.0), row.end_m - s);
+    const double gap_m = district.closed ? (random.chance(0.18) ? random.uniform(2.0, 5.0) : 0.0)
+                                         : random.uniform(2.5, 8.0);
+    if (!row.allowed(s, s + width_m)) {
+      s += 1.5;
+      continue;
+    }
+    const Lot lot =
+        lot_between(row.back(s), row.back(s + width_m), row.mirrored, district.setback_m);
+    HouseForm form = house_form(random, district, lot.width_m);
+    form.plain = row.plain;
+    bool taken = false;
+    for (const double depth_m : {form.depth_m, 6.5}) {
+      if (!taken && take(maker, lot, 0.05, lot.width_m - 0.1, depth_m)) {
+        form.depth_m = depth_m;
+        taken = true;
+      }
+    }
+    if (!taken) {
+      s += 1.5;
+      continue;
+    }
+    builder.set_frame(lot.frame);
+    add_house(builder, random, form);
+    RigidTransform front = lot.frame;
+    front.p = lot.frame.p - (district.setback_m - 0.1) * lot.frame.R.col(1);
+    if (!district.closed) {
+      const double gate_m = random.uniform(0.3, 0.6) * lot.width_m;
+      add_boundary(maker, builder, random, front, gate_m);
+      RigidTransform rest = front;
+      rest.p = front * Point(gate_m + 1.3, 0.0, 0.0);
+      add_boundary(maker, builder, random, rest, lot.width_m - gate_m - 1.3);
+      plant_yard(maker, random, front, lot.width_m, district.setback_m, 3);
+    }
+    if (gap_m > 0.5 && row.allowed(s + width_m, s + width_m + gap_m)) {
+      RigidTransform beside = front;
+      beside.p = front * Point(lot.width_m, 0.0, 0.0);
+      if (random.chance(0.75)) {
+        add_boundary(maker, builder, random, beside, gap_m);
+      }
+      beside.p = front * Point(lot.width_m + 0.3, 1.0, 0.0);
+      plant_yard(maker, random, beside, gap_m, 9.0, 2 + random.below(3));
+    }
+    s += width_m + gap_m;
+  }
+}
+
+void build_side_street(Maker& maker, const SideStreet& street) {
+  const RigidTransform T = side_frame(maker.world, street);
+  const auto district = [&](double) {
+    return district_at(maker, street.along_m + 400.0, street.right);
+  };
+  for (const double sign : {-1.0, 1.0}) {
+    Row row;
+    row.back = [T, sign](double x) { return T * Point(x, sign * kOpeningHalf_m, 0.12); };
+    row.begin_m = 3.0;
+    row.end_m = street.length_m;
+    row.mirrored = sign > 0.0;
+    row.district = district;
+    row.allowed = [](double, double) { return true; };
+    row.plain = true;
+    build_row(maker, row, key(street.seed, {sign > 0.0 ? 1U : 2U}));
+  }
+  // What one sees at its end.
+  Row end;
+  end.back = [T, &street](double y) { return T * Point(street.length_m + 1.0, y, 0.0); };
+  end.begin_m = -11.0;
+  end.end_m = 11.0;
+  end.mirrored = false;
+  end.district = district;
+  end.allowed = [](double, double) { return true; };
+  end.plain = true;
+  build_row(maker, end, key(street.seed, {3U}));
+}
+
+// Earth, lawn or paving behind the footways.
+void make_yards(Maker& maker, const Section& section) {
+  constexpr double kReach_m = 14.0;
+  constexpr double kPiece_m = 26.0;
+  Random random(maker.draw(0x9A2D, section.seed));
+  MeshBuilder builder = maker.unique();
+  for (const bool right : {true, false}) {
+    const double sign = right ? -1.0 : 1.0;
+    for (double s = maker.begin_m(section); s < maker.end_m(section); s += kPiece_m) {
+      const District district = district_at(maker, s, right);
+      const std::uint32_t surface =
+          builder.surface(district.closed ? Material::kGround : Material::kGrass,
+                          static_cast<std::uint32_t>(random.next()), {0.0F, 0.2F});
+      ribbon(
+          builder, maker.route(), stations(s, std::min(s + kPiece_m, maker.end_m(section)), 2.0),
+          [&](double at) -> std::vector<Across> {
+            const Profile profile = maker.profile(at);
+            const double back = profile.edge(right) + profile.footway_m + 0.01;
+            // Towards the inside of a bend the ground must not fold.
+            const double inside = sign * maker.world.route.curvature_1pm(at);
+            const double reach =
+                inside > 0.0 ? std::clamp(0.85 / inside - back, 0.3, kReach_m) : kReach_m;
+            const double up = profile.kerb_m - 0.01;
+            return {{sign * back, up},
+                    {sign * (back + 0.3 * reach), up + 0.03},
+                    {sign * (back + reach), up - 0.02},
+                    {sign * (back + reach + 0.1), up - 1.5}};
+          },
+          surface);
+    }
+  }
+}
+
+}  // namespace
+
+void make_town_lots(Maker& maker, const Section& section) {
+  make_yards(maker, section);
+  for (const bool right : {true, false}) {
+    const double sign = right ? -1.0 : 1.0;
+    Row row;
+    row.back = [&maker, sign, right](double s) {
+      const Profile profile = maker.profile(s);
+      return maker.world.route.point(s, sign * (profile.edge(right) + profile.footway_m),
+                                     profile.kerb_m);
+    };
+    row.begin_m = maker.begin_m(section);
+    row.end_m = maker.end_m(section);
+    row.mirrored = !right;
+    row.district = [&maker, right](double s) { return district_at(maker, s, right); };
+    row.allowed = [&maker, right](double from, double to) {
+      for (double s = from; s <= to; s += 2.0) {
+        if (!maker.open(s, right, 0.3) || maker.profile(s).footway_m < 1.6) {
+          return false;
+        }
+      }
+      return maker.open(to, right, 0.3);
+    };
+    row.plain = false;
+    build_row(maker, row, maker.draw(0x10F5, section.seed + (right ? 1 : 2)));
+  }
+  for (const SideStreet& street : maker.side_streets) {
+    if (street.along_m >= maker.begin_m(section) && street.along_m < maker.end_m(section)) {
+      build_side_street(maker, street);
+    }
+  }
+}
+
+}  // namespace topoloc::world

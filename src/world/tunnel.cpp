@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "world/world_maker.hpp"
+
+namespace topoloc::world {
+void make_tunnel(Maker&, const Section&) {}
+}  // namespace topoloc::world

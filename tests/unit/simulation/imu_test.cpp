@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+// SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/simulation/imu.hpp"
+
+#include "topoloc/estimation/propagation.hpp"
+
+#include "unit/simulation/toy_road.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace topoloc::simulation {
+namespace {
+
+using estimation::ImuSample;
+using testing::highway_road;
+using testing::town_road;
+using testing::ToyRoad;
+
+const RigidTransform& mounting() {
+  static const RigidTransform T = built_mounting(3).T_vehicle_imu;
+  return T;
+}
+
+/// As the estimator does it: the mean of two neighbours holds between them.
+estimation::NominalState integrated(const std::vector<ImuSample>& samples, std::size_t from,
+                                    std::size_t to, const BodyMotion& begin) {
+  estimation::NominalState x;
+  x.R_world_imu = begin.T_world_body.R;
+  x.p_world_imu = begin.T_world_body.p;
+  x.v_world_imu = begin.velocity_mps;
+  x.gravity_mps2 = {0.0, 0.0, -9.81};
+  for (std::size_t i = from; i < to; ++i) {
+    const ImuSample& a = samples[i];
+    const ImuSample& b = samples[i + 1];
+    const estimation::InertialInput u{
+        .specific_force_mps2 = 0.5 * (a.specific_force_mps2 + b.specific_force_mps2),
+        .angular_rate_radps = 0.5 * (a.angular_rate_radps + b.angular_rate_radps)};
+    x = propagate_state(x, u, static_cast<double>(b.time_ns - a.time_ns) * 1e-9);
+  }
+  return x;
+}
+
+TEST(Imu, IdealSamplesReproduceTheTrajectoryWithin1cmOver60s) {
+  for (const bool town : {true, false}) {
+    SCOPED_TRACE(town ? "town" : "highway");
+    const ToyRoad toy = town ? town_road() : highway_road();
+    const Ego ego = drive_along(toy.road, {}, 5);
+    ASSERT_GT(ego.duration_s(), 60.0);
+    const auto samples = sense_motion(ego.trajectory, mounting(), ImuSpec::ideal(), 1);
+    const auto x = integrated(samples, 0, 6000, ego.trajectory.at(0.0).of(mounting()));
+    const BodyMotion truth = ego.trajectory.at(60.0).of(mounting());
+    EXPECT_LT((x.p_world_imu - truth.T_world_body.p).norm(), 0.01);
+    EXPECT_LT((x.v_world_imu - truth.velocity_mps).norm(), 0.002);
+  }
+}
+
+/// Allan deviation of a sequence for groups of `size` samples.
+double allan_deviation(const std::vector<double>& values, std::size_t size) {
+  std::vector<double> means;
+  for (std::size_t i = 0; i + size <= values.size(); i += size) {
+    double sum = 0.0;
+    for (std::size_t j = i; j < i + size; ++j) {
+      sum += values[j];
+    }
+    means.push_back(sum / static_cast<double>(size));
+  }
+  double squares = 0.0;
+  for (std::size_t i = 0; i + 1 < means.size(); ++i) {
+    squares += (means[i + 1] - means[i]) * (means[i + 1] - means[i]);
+  }
+  return std::sqrt(0.5 * squares / static_cast<double>(means.size() - 1));
+}
+
+/// A vehicle that stands for an hour.
+Trajectory standing(double duration_s) {
+  std::vector<RigidTransform> poses(static_cast<std::size_t>(duration_s) + 4);
+  return {std::move(poses), 1.0};
+}
+
+TEST(Imu, NoiseHasTheDensitiesThatItsFileStates) {
+  ImuSpec spec;
+  spec.engine_mps2 = 0.0;
+  const auto samples = sense_motion(standing(2000.0), mounting(), spec, 17);
+  for (int axis = 0; axis < 3; ++axis) {
+    SCOPED_TRACE(axis);
+    std::vector<double> force;
+    std::vector<double> rate;
+    for (const ImuSample& sample : samples) {
+      force.push_back(sample.specific_force_mps2[axis]);
+      rate.push_back(sample.angular_rate_radps[axis]);
+    }
+    // White noise: density = Allan deviation at tau x sqrt(tau).
+    EXPECT_NEAR(allan_deviation(force, 20) * std::sqrt(0.2), spec.noise.accel_noise_density,
+                0.05 * spec.noise.accel_noise_density);
+    EXPECT_NEAR(allan_deviation(rate, 20) * std::sqrt(0.2), spec.noise.gyro_noise_density,
+                0.05 * spec.noise.gyro_noise_density);
+  }
+}
+
+TEST(Imu, BiasesWalkAsItsFileStates) {
+  ImuSpec spec = ImuSpec::ideal();
+  spec.noise.accel_random_walk = 1e-4;
+  spec.noise.gyro_random_walk = 5e-6;
+  double force = 0.0;
+  double rate = 0.0;
+  constexpr int kRuns = 40;
+  constexpr double kDuration_s = 60.0;
+  for (std::uint64_t run = 0; run < kRuns; ++run) {
+    const auto samples = sense_motion(standing(kDuration_s), RigidTransform{}, spec, run);
+    const Eigen::Vector3d up(0.0, 0.0, 9.81);
+    force += (samples.back().specific_force_mps2 - up).squaredNorm();
+    rate += samples.back().angular_rate_radps.squaredNorm();
+  }
+  const double root_s = std::sqrt(kDuration_s);
+  EXPECT_NEAR(std::sqrt(force / (3 * kRuns)) / root_s, 1e-4, 2e-5);
+  EXPECT_NEAR(std::sqrt(rate / (3 * kRuns)) / root_s, 5e-6, 1e-6);
+}
+
+TEST(Imu, VibrationGoesNowhere) {
+  const ToyRoad toy = town_road();
+  const Ego ego = drive_along(toy.road, {}, 5);
+  const ImuSpec real;
+  ImuSpec shaking = ImuSpec::ideal();
+  shaking.engine_mps2 = real.engine_mps2;
+  shaking.road_mps2_per_mps = real.road_mps2_per_mps;
+  shaking.road_radps_per_mps = real.road_radps_per_mps;
+  const auto samples = sense_motion(ego.trajectory, mounting(), shaking, 1);
+  const auto quiet = sense_motion(ego.trajectory, mounting(), ImuSpec::ideal(), 1);
+  double squares = 0.0;
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+  double fastest = 0.0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const Eigen::Vector3d shake = samples[i].specific_force_mps2 - quiet[i].specific_force_mps2;
+    squares += shake.squaredNorm();
+    velocity += 0.01 * shake;
+    fastest = std::max(fastest, velocity.norm());
+  }
+  EXPECT_GT(std::sqrt(squares / static_cast<double>(samples.size())), 0.05);
+  EXPECT_LT(fastest, 0.02);
+}
+
+TEST(Imu, StandingVehicleIsQuietEnoughToBeKnown) {
+  const auto samples = sense_motion(standing(10.0), mounting(), ImuSpec{}, 4);
+  Eigen::Vector3d low = samples.front().specific_force_mps2;
+  Eigen::Vector3d high = low;
+  for (const ImuSample& sample : samples) {
+    low = low.cwiseMin(sample.specific_force_mps2);
+    high = high.cwiseMax(sample.specific_force_mps2);
+  }
+  EXPECT_LT((high - low).maxCoeff(), 0.4);  // StandstillModel::max_force_span_mps2 is 0.6
+}
+
+}  // namespace
+}  // namespace topoloc::simulation
