@@ -203,7 +203,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     results = load_results(plan, out, book)
     targets = REDUCED_TARGETS if args.reduced else TARGETS
     verdicts = judge(results, targets)
-    hard = hardness(results, targets, HARD_ROWS)
+    hard = hardness(results, TARGETS, HARD_ROWS)
     print_summary(results, verdicts, hard)
     report = args.report or out / "report.html"
     report.write_text(

@@ -66,10 +66,12 @@ def run_figures(folder: Path, run: Run) -> Figures | None:
             figures[f"anees_{part}_low"] = nees["lower_95"]
             figures[f"anees_{part}_high"] = nees["upper_95"]
             figures[f"inside_{part}"] = nees["inside_share"]
+    if run.row.gnss:
+        return {**figures, "lost": 0.0}  # no localiser, and ends before the drive does
     off = figures["max_position_m"] > LOST_M or figures["coverage"] < MIN_COVERAGE
     stem = (folder / run.estimate).with_suffix("")
     figures["lost"] = float(off or says_lost(Path(f"{stem}.states.csv")))
-    summary = None if run.row.gnss else read_json(Path(f"{stem}.json"))
+    summary = read_json(Path(f"{stem}.json"))
     if summary is not None and summary["frames"]:
         figures["used_share"] = summary["map_updates_accepted"] / summary["frames"]
         figures["frame_ms"] = summary["median_frame_ms"]

@@ -20,19 +20,19 @@ STYLE = """
 @media print { :root { --ink: #000; --paper: #fff; --soft: #444; --line: #bbb; --head: #eee;
   --good: #1f7a4d; --bad: #b3261e; --near: #8a5a00; }
   body { font-size: 9.5pt; max-width: none; padding: 0; } h2 { break-after: avoid; }
-  table, figure, .pair { break-inside: avoid; } }
+  figure, tr { break-inside: avoid; } details { display: none; } }
 * { box-sizing: border-box; }
 body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper);
-  max-width: 1160px; margin: 0 auto; padding: 1.5rem; }
+  max-width: 1240px; margin: 0 auto; padding: 1.5rem; }
 h1 { font-size: 1.6rem; margin: 0 0 .3rem; } h2 { font-size: 1.25rem; margin: 2.2rem 0 .6rem;
   border-bottom: 1px solid var(--line); padding-bottom: .2rem; } h3 { font-size: 1rem; }
 p, li { max-width: 78ch; } .soft { color: var(--soft); font-size: .88rem; }
 .scroll { overflow-x: auto; }
-table { border-collapse: collapse; font-size: .86rem; margin: .6rem 0; width: 100%; }
-th, td { padding: .28rem .55rem; text-align: right; border-bottom: 1px solid var(--line);
+table { border-collapse: collapse; font-size: .83rem; margin: .6rem 0; width: 100%; }
+th, td { padding: .28rem .45rem; text-align: right; border-bottom: 1px solid var(--line);
   white-space: nowrap; font-variant-numeric: tabular-nums; }
 th { background: var(--head); font-weight: 600; vertical-align: bottom; }
-td:first-child, th:first-child { text-align: left; white-space: normal; }
+td:first-child, th:first-child { text-align: left; white-space: normal; min-width: 13.5rem; }
 td.text, th.text { text-align: left; white-space: normal; min-width: 13rem; }
 tr.group td { font-weight: 600; padding-top: .8rem; border-bottom: none; }
 .good { color: var(--good); font-weight: 600; } .bad { color: var(--bad); font-weight: 600; }

@@ -29,6 +29,7 @@ class Curve:
     """Errors of a run over time."""
 
     label: str
+    colour: str
     time_s: Array
     columns: dict[str, Array]
 
@@ -41,7 +42,7 @@ class Curve:
         return np.sqrt(sum((self[axis] ** 2 for axis in axes), np.zeros_like(self.time_s)))
 
 
-def read_curve(path: Path, label: str) -> Curve | None:
+def read_curve(path: Path, label: str, colour: str) -> Curve | None:
     """Reads what topoloc-evaluate --errors wrote; None where there is nothing."""
     try:
         with path.open(newline="") as file:
@@ -53,6 +54,7 @@ def read_curve(path: Path, label: str) -> Curve | None:
     begin_ns = int(rows[0]["time_ns"])
     return Curve(
         label,
+        colour,
         np.array([(int(row["time_ns"]) - begin_ns) * 1e-9 for row in rows]),
         {
             name: np.array([float(row[name] or "nan") for row in rows])
@@ -90,7 +92,11 @@ def figure(width: float, height: float, rows: int = 1) -> tuple[Figure, list[mpl
 
 
 def legend(ax: mpl.axes.Axes) -> None:
-    ax.legend(frameon=False, fontsize=8, labelcolor=INK)
+    """Above the plot: nothing is hidden."""
+    ax.legend(
+        frameon=False, fontsize=8, labelcolor=INK, ncols=4, loc="lower left",
+        bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2, columnspacing=1.2, handlelength=1.4,
+    )  # fmt: skip
 
 
 def svg(drawing: Figure, title: str) -> str:
@@ -123,13 +129,13 @@ def trajectories(title: str, curves: list[Curve], nodes: Array | None) -> str:
     drawing, (ax,) = figure(5.2, 4.2)
     reference = curves[0]
     x, y = reference["reference_x_m"], reference["reference_y_m"]
-    ax.plot(x[::5], y[::5], color=INK, linewidth=3.0, alpha=0.25, label="truth")
-    for i, curve in enumerate(curves):
+    ax.plot(x[::5], y[::5], color=INK, linewidth=3.0, alpha=0.3, label="truth")
+    for curve in curves:
         step = max(1, len(curve.time_s) // MOST_POINTS)
         ax.plot(
             curve["estimate_x_m"][::step],
             curve["estimate_y_m"][::step],
-            color=colour(i), linewidth=1.0, label=curve.label,
+            color=curve.colour, linewidth=1.0, label=curve.label,
         )  # fmt: skip
     if nodes is not None and len(nodes):
         ax.plot(nodes[:, 0], nodes[:, 1], ".", color=INK, markersize=2.0, label="map nodes")
@@ -141,10 +147,10 @@ def trajectories(title: str, curves: list[Curve], nodes: Array | None) -> str:
 
 
 def error_over_time(title: str, curves: list[Curve]) -> str:
-    drawing, (ax,) = figure(7.0, 3.0)
-    for i, curve in enumerate(curves):
+    drawing, (ax,) = figure(10.6, 3.4)
+    for curve in curves:
         x, y = thinned(curve.time_s, np.maximum(curve.position_m, 1e-3))
-        ax.plot(x, y, color=colour(i), linewidth=1.0, label=curve.label)
+        ax.plot(x, y, color=curve.colour, linewidth=1.0, label=curve.label)
     ax.set_yscale("log")
     ax.set_xlabel("time [s]")
     ax.set_ylabel("position error [m]")
@@ -153,15 +159,15 @@ def error_over_time(title: str, curves: list[Curve]) -> str:
 
 
 def distribution(title: str, curves: list[Curve]) -> str:
-    drawing, (ax,) = figure(5.2, 3.0)
-    for i, curve in enumerate(curves):
+    drawing, (ax,) = figure(5.2, 4.2)
+    for curve in curves:
         values = np.sort(curve.position_m[np.isfinite(curve.position_m)])
         if not len(values):
             continue
         at = np.unique(np.linspace(0, len(values) - 1, 200).astype(int))
         ax.plot(
             np.maximum(values[at], 1e-3), (at + 1) / len(values),
-            color=colour(i), linewidth=1.2, label=curve.label,
+            color=curve.colour, linewidth=1.2, label=curve.label,
         )  # fmt: skip
     ax.set_xscale("log")
     ax.set_ylim(0.0, 1.0)
@@ -174,19 +180,19 @@ def distribution(title: str, curves: list[Curve]) -> str:
 def along_and_across(title: str, curves: list[Curve]) -> str:
     """Signed errors with three standard deviations of the first one's own."""
     axes_names = (("longitudinal_m", "longitudinal_std_m"), ("lateral_m", "lateral_std_m"))
-    drawing, axes = figure(7.0, 4.0, rows=2)
+    drawing, axes = figure(10.6, 4.6, rows=2)
     for ax, (name, std_name) in zip(axes, axes_names, strict=True):
         first = curves[0]
         step = max(1, len(first.time_s) // MOST_POINTS)
         band = 3.0 * first[std_name][::step]
         if np.isfinite(band).any():
             ax.fill_between(
-                first.time_s[::step], -band, band, color=colour(0), alpha=0.15, linewidth=0,
+                first.time_s[::step], -band, band, color=first.colour, alpha=0.15, linewidth=0,
                 label="3 standard deviations",
             )  # fmt: skip
-        for i, curve in enumerate(curves):
+        for curve in curves:
             x, y = thinned(curve.time_s, curve[name])
-            ax.plot(x, y, color=colour(i), linewidth=1.0, label=curve.label)
+            ax.plot(x, y, color=curve.colour, linewidth=1.0, label=curve.label)
         ax.set_ylabel(f"{name.removesuffix('_m')} [m]")
     axes[-1].set_xlabel("time [s]")
     legend(axes[0])
@@ -195,11 +201,11 @@ def along_and_across(title: str, curves: list[Curve]) -> str:
 
 def node_errors(title: str, curves: list[Curve]) -> str:
     """Position errors of maps' nodes along the way."""
-    drawing, (ax,) = figure(7.0, 2.4)
-    for i, curve in enumerate(curves):
+    drawing, (ax,) = figure(10.6, 2.6)
+    for curve in curves:
         steps = np.hypot(np.diff(curve["reference_x_m"]), np.diff(curve["reference_y_m"]))
         along = np.concatenate([[0.0], np.cumsum(steps)])
-        ax.plot(along, curve.position_m, ".-", color=colour(i), linewidth=0.8, markersize=3,
+        ax.plot(along, curve.position_m, ".-", color=curve.colour, linewidth=0.8, markersize=3,
                 label=curve.label)  # fmt: skip
     ax.set_ylim(bottom=0.0)
     ax.set_xlabel("way [m]")

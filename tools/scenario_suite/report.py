@@ -40,6 +40,10 @@ from scenario_suite.tables import (
 )
 
 ROOT = Path(__file__).resolve().parents[2]
+# The same colour for a row in every plot.
+COLOURED = (
+    "day", "dusk", "day_truth", "day_weak", "day_reckoning", "day_gnss", "day_no_speed", "self",
+)  # fmt: skip
 READING = [
     "All errors are against the simulator's truth, never aligned, from 2 s on; the start is wrong "
     "by 1 m and 3 degrees (dead reckoning starts from the true pose). lon and lat are means of "
@@ -77,13 +81,14 @@ def command_of(step: Step, outcome: Outcome | None) -> str:
     return f"{line} > {step.stdout}" if step.stdout else line
 
 
-def curve(results: Results, scenario: str, seed: int, row: str, label: str = "") -> Curve | None:
+def curve(results: Results, scenario: str, seed: int, row: str, label: str) -> Curve | None:
     """Errors of a row, if it was measured."""
     found = results.row(scenario, row)
     if found is None or found.by_seed.get(seed) is None:
         return None
     run = Run(scenario, seed, found.row)
-    return plots.read_curve(results.folder / run.errors, label or found.row.label)
+    at = COLOURED.index(row) if row in COLOURED else 0
+    return plots.read_curve(results.folder / run.errors, label, plots.colour(at))
 
 
 def curves(results: Results, scenario: str, seed: int, rows: list[tuple[str, str]]) -> list[Curve]:
@@ -148,11 +153,11 @@ def node_plots(results: Results) -> list[Html]:
     out = []
     for scenario in results.plan.choice.scenarios:
         found = []
-        for seed in results.plan.choice.seeds:
+        for i, seed in enumerate(results.plan.choice.seeds):
             name = f"map_{scenario}_{seed}_auto"
             if name in results.maps:
                 path = results.folder / f"maps/{name}_errors.csv"
-                found.append(plots.read_curve(path, f"seed {seed}"))
+                found.append(plots.read_curve(path, f"seed {seed}", plots.colour(i)))
         errors = [c for c in found if c is not None]
         if errors:
             out.append(
