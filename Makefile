@@ -29,7 +29,7 @@ sanitize: setup ## Unit tests under AddressSanitizer and UndefinedBehaviorSaniti
 	@ctest --test-dir build/asan -L unit --output-on-failure
 
 demo: PRESET = release
-demo: build ## Map and localise a recorded drive: make demo DRIVE=path/to/kitti_0039
+demo: build ## Simulate, map and localise; with DRIVE=path/to/kitti_0039: a recorded drive
 	@.venv/bin/python tools/demo.py $(if $(DRIVE),"$(DRIVE)")
 
 bench-process: PRESET = release

@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: 2026 The topoloc authors
-"""Maps a recorded drive from its even frames and localises its odd frames in that map.
+"""Maps a place and localises in the map, with a report or plots; everything lands in demo/.
 
+Without a drive: simulates one through a mixed world, maps it, and localises another day's drive in
+that map. With one: maps a recorded drive from its even frames and localises its odd frames.
 The filter starts from a pose that is wrong by 1 m and 3 degrees; the result is held against the
-drive's ground truth. Everything lands in demo/. A second run imports and maps only what changed.
+drive's ground truth. A second run does only what changed.
 """
 
 import argparse
@@ -12,23 +14,22 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
-
+import simulated_demo
+from demo_start import start_pose
 from freshness import outdated
 
 ROOT = Path(__file__).resolve().parent.parent
 BIN = ROOT / "build/release/bin"
-INITIAL_ERROR_M = (0.8, -0.6, 0.0)
-INITIAL_YAW_ERROR_DEG = 3.0
 SETTLED_AFTER_S = 2.0
 NO_DRIVE = """\
 demo: {reason}
-Give a recorded drive: make demo DRIVE=path
-  path is a folder with image_00/, image_00.csv, imu.csv, speed.csv, ground_truth.tum and cloud.laz
+A recorded drive (make demo DRIVE=path; without one, a drive is simulated)
+  is a folder with image_00/, image_00.csv, imu.csv, speed.csv, ground_truth.tum and cloud.laz
   (KITTI drive 0039 as prepared for topoloc), or a drive of the KITTI raw data set
   (2011_09_26_drive_0009_sync: "synced+rectified data" and "calibration" from its download page,
   unpacked side by side). See docs/drive-folder.md."""
 EXAMPLES = """examples:
+  tools/demo.py
   tools/demo.py ../shared/data/kitti_0039
   tools/demo.py 2011_09_26/2011_09_26_drive_0009_sync --every-metres 2"""
 
@@ -38,19 +39,6 @@ def run(*command: str | Path) -> None:
     shown = [str(c).removeprefix(f"{ROOT}/") for c in command]
     print("\n$", *(f'"{s}"' if " " in s else s for s in shown), flush=True)
     subprocess.run([str(c) for c in command], check=True)
-
-
-def disturbed_first_pose(trajectory: Path) -> str:
-    """First pose of a TUM file, moved and turned by the initial error: "x y z qx qy qz qw"."""
-    with trajectory.open() as lines:
-        first = next(line for line in lines if line.strip() and not line.startswith("#"))
-    x, y, z, qx, qy, qz, qw = (float(v) for v in first.split()[1:])
-    half = np.radians(INITIAL_YAW_ERROR_DEG) / 2.0
-    s, c = np.sin(half), np.cos(half)
-    # q times a turn about the body's z axis.
-    quaternion = (qx * c + qy * s, qy * c - qx * s, qz * c + qw * s, qw * c - qz * s)
-    position = (a + b for a, b in zip((x, y, z), INITIAL_ERROR_M, strict=True))
-    return " ".join(f"{v:.9f}" for v in (*position, *quaternion))
 
 
 def import_drive(source: Path, drive: Path) -> Path:
@@ -86,7 +74,7 @@ def demo(source: Path, out: Path, every_metres: float) -> None:
         )  # fmt: skip
     run(
         BIN / "topoloc-localise", "--drive", drive, "--map", map_file, "--frames", "odd",
-        f"--initial-pose={disturbed_first_pose(truth)}", "--out", estimate,
+        f"--initial-pose={start_pose(truth, disturbed=True)}", "--out", estimate,
     )  # fmt: skip
     run(
         BIN / "topoloc-evaluate", "--reference", truth, "--estimate", estimate,
@@ -100,13 +88,16 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("drive", nargs="?", type=Path, help="the recording")
+    parser.add_argument("drive", nargs="?", type=Path, help="a recording [simulate one]")
     parser.add_argument("--out", type=Path, default=ROOT / "demo", help="default: demo/")
     parser.add_argument("--every-metres", type=float, default=5.0, help="node spacing (default 5)")
     arguments = parser.parse_args()
-    if arguments.drive is None or not arguments.drive.is_dir():
-        why = f"{arguments.drive}: no such folder" if arguments.drive else "no drive given"
-        print(NO_DRIVE.format(reason=why), file=sys.stderr)
+    if arguments.drive is None:
+        return simulated_demo.run(
+            arguments.out.resolve() / "simulated", BIN, arguments.every_metres
+        )
+    if not arguments.drive.is_dir():
+        print(NO_DRIVE.format(reason=f"{arguments.drive}: no such folder"), file=sys.stderr)
         return 1
     try:
         demo(arguments.drive.resolve(), arguments.out.resolve(), arguments.every_metres)

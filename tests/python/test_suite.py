@@ -5,6 +5,10 @@
 from __future__ import annotations
 
 import re
+import signal
+import subprocess
+import sys
+import time
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -108,6 +112,36 @@ def test_a_second_run_does_nothing_and_an_interrupted_one_goes_on(programs: Fake
     again = programs.calls()
     assert again[0].startswith("topoloc-map build")
     assert all("_truth" in c for c in again) and len(again) == 7
+
+
+def test_an_interrupt_ends_the_program_writes_the_report_and_is_gone_on_from(
+    programs: FakePrograms,
+) -> None:
+    slow = "import time\nif option('--drive').endswith('day'):\n    (here / 'there').touch()\n"
+    programs.write("topoloc-localise", slow + "    time.sleep(1000)\n" + LOCALISE)
+    file_checksum.cache_clear()
+    out = programs.folder.parent / "out"
+    command: list[str | Path] = [
+        sys.executable,
+        Path(suite.__file__),
+        "--scenarios",
+        "town",
+        "--seeds",
+        "1",
+    ]
+    command += ["--only", "day_truth", "--out", out, "--bins", programs.folder]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    deadline = time.monotonic() + 120.0
+    while not (programs.folder / "there").is_file() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)  # to the suite alone, as `kill` does
+    assert process.wait(timeout=60) == 130
+    assert "steps have not been run yet" in report(programs)
+    programs.write("topoloc-localise", LOCALISE)
+    file_checksum.cache_clear()
+    programs.calls()
+    assert run(programs, "--scenarios", "town", "--only", "day_truth") == 0
+    assert [c.split()[0] for c in programs.calls()] == ["topoloc-localise", "topoloc-evaluate"]
 
 
 def test_a_changed_program_or_length_does_again_what_depends_on_it(programs: FakePrograms) -> None:

@@ -26,7 +26,7 @@ from scenario_suite.page import (
     paragraph,
     side_by_side,
 )
-from scenario_suite.plan import Run, drive_name
+from scenario_suite.plan import Run
 from scenario_suite.plots import Curve
 from scenario_suite.rows import HARD_TIMES
 from scenario_suite.steps import Outcome, Step
@@ -283,11 +283,3 @@ def suite_report(
     if failed:
         parts += [element("h2", "Failed steps", anchor="failed"), *failed]
     return page("topoloc scenario suite", parts)
-
-
-def demo_curves(results: Results, scenario: str, seed: int) -> list[Curve]:
-    return curves(results, scenario, seed, [("day", "map"), ("day_reckoning", "dead reckoning")])
-
-
-def truth_file(results: Results, scenario: str, seed: int) -> Path:
-    return results.folder / drive_name(scenario, seed, "day") / "ground_truth.tum"

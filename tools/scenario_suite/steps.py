@@ -16,9 +16,11 @@ import json
 import os
 import shutil
 import subprocess
+import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -26,6 +28,8 @@ from pathlib import Path
 from demo_start import start_pose
 
 Resolve = Callable[[str], str]
+
+RUNNING: set[subprocess.Popen[bytes]] = set()  # the programs of steps under way
 
 
 @dataclass(frozen=True)
@@ -128,8 +132,8 @@ def remove(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
-def run_step(step: Step, key: str, book: Book, resolve: Resolve) -> Outcome:
-    """Runs it whatever was before."""
+def run_step(step: Step, key: str, book: Book, resolve: Resolve, show: bool = False) -> Outcome:
+    """Runs it whatever was before; `show`: what it says goes to the terminal, too."""
     folder = book.folder
     book.file(step.name).unlink(missing_ok=True)
     begin = time.monotonic()
@@ -141,20 +145,13 @@ def run_step(step: Step, key: str, book: Book, resolve: Resolve) -> Outcome:
         for word in step.command:
             words += word.words(folder) if isinstance(word, StartPose) else [word]
         book.log(step.name).parent.mkdir(parents=True, exist_ok=True)
-        with book.log(step.name).open("w") as log:
-            out = (folder / step.stdout).open("w") if step.stdout else log
-            try:
-                code = subprocess.run(
-                    [resolve(words[0]), *words[1:]],
-                    cwd=folder,
-                    stdout=out,
-                    stderr=log,
-                    stdin=subprocess.DEVNULL,
-                    check=False,
-                ).returncode
-            finally:
-                if out is not log:
-                    out.close()
+        code = run_logged(
+            [resolve(words[0]), *words[1:]],
+            folder,
+            book.log(step.name),
+            folder / step.stdout if step.stdout else None,
+            show,
+        )
         missing = [p for p in step.products if not (folder / p).exists()]
         error = last_lines(book.log(step.name)) if code != 0 else ""
         if code != 0:
@@ -166,6 +163,34 @@ def run_step(step: Step, key: str, book: Book, resolve: Resolve) -> Outcome:
     return Outcome(key, bool(error), round(time.monotonic() - begin, 2), error, tuple(words))
 
 
+def run_logged(command: list[str], folder: Path, log: Path, stdout: Path | None, show: bool) -> int:
+    """Exit code; what the command says goes to the log, what it prints to `stdout` if given."""
+    with ExitStack() as files:
+        log_file = files.enter_context(log.open("wb"))
+        out = files.enter_context(stdout.open("wb")) if stdout is not None else None
+        process = subprocess.Popen(
+            command,
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            stdout=out if out is not None else subprocess.PIPE,
+            stderr=subprocess.PIPE if out is not None else subprocess.STDOUT,
+        )
+        RUNNING.add(process)
+        said = process.stderr if out is not None else process.stdout
+        assert said is not None
+        try:
+            while block := os.read(said.fileno(), 4096):
+                log_file.write(block)
+                log_file.flush()
+                if show:
+                    sys.stdout.buffer.write(block)
+                    sys.stdout.flush()
+            return process.wait()
+        finally:
+            RUNNING.discard(process)
+            said.close()
+
+
 def last_lines(path: Path, count: int = 12) -> str:
     """The end of a log; of a progress bar, which overwrites itself, what it showed last."""
     text = path.read_text(errors="replace")
@@ -173,13 +198,29 @@ def last_lines(path: Path, count: int = 12) -> str:
     return "\n".join([line for line in lines if line][-count:])
 
 
+@contextmanager
+def ending_programs() -> Iterator[None]:
+    """Whoever leaves early leaves no program behind."""
+    try:
+        yield
+    except BaseException:
+        for process in list(RUNNING):
+            process.terminate()
+        raise
+
+
 class Runner:
     """Does what is not done yet, in order, up to `jobs` at a time."""
 
     def __init__(
-        self, book: Book, resolve: Resolve, tell: Callable[[str], None], jobs: int = 1
+        self,
+        book: Book,
+        resolve: Resolve,
+        tell: Callable[[str], None],
+        jobs: int = 1,
+        show: bool = False,
     ) -> None:
-        self.book, self.resolve, self.tell, self.jobs = book, resolve, tell, jobs
+        self.book, self.resolve, self.tell, self.jobs, self.show = book, resolve, tell, jobs, show
         self.spent_s = 0.0  # of the expected seconds of the steps run
         self.expected_s = 0.0
 
@@ -203,7 +244,7 @@ class Runner:
         left_s = sum(step.seconds for step in left)
         running: dict[Future[Outcome], Step] = {}
         begin = time.monotonic()
-        with ThreadPoolExecutor(self.jobs) as pool:
+        with ThreadPoolExecutor(self.jobs) as pool, ending_programs():
             while left or running:
                 waiting = {s.name for s in [*left, *running.values()]}
                 for step in list(left):
@@ -221,9 +262,7 @@ class Runner:
                     self.tell(
                         f"[{done + len(running) + 1}/{total}] {step.title}{self.time_left(left_s)}"
                     )
-                    running[
-                        pool.submit(run_step, step, keys[step.name], self.book, self.resolve)
-                    ] = step
+                    running[pool.submit(self.start, step, keys[step.name])] = step
                 if not running:
                     continue
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
@@ -236,6 +275,9 @@ class Runner:
                     if outcome.failed:
                         self.tell(f"    FAILED: {step.name}: {outcome.error.splitlines()[-1]}")
         return not any(self.failed(step.name) for step in steps)
+
+    def start(self, step: Step, key: str) -> Outcome:
+        return run_step(step, key, self.book, self.resolve, self.show)
 
     def failed(self, name: str) -> bool:
         outcome = self.book.outcomes.get(name)
