@@ -50,7 +50,7 @@ evaluation::Trajectory sense_satellites(const Ego& ego, const RigidTransform& T_
   Eigen::Vector3d wander = normal3(random, spec.horizontal_m, spec.vertical_m);
   const double kept = std::exp(-1.0 / (spec.rate_hz * spec.correlation_s));
   const double renewed = std::sqrt(1.0 - kept * kept);
-  constexpr double kCourse_mps = 1.0;  // slower: the course before
+  constexpr double kCourse_mps = 2.0;  // slower, or backing up: the course before
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   bool has_course = false;
   evaluation::Trajectory fixes;
@@ -64,11 +64,8 @@ evaluation::Trajectory sense_satellites(const Ego& ego, const RigidTransform& T_
     const Eigen::Vector3d white = spec.white_m * normal3(random, 1.0, 1.5);
     const Eigen::Vector3d jump = multipath.error(time_s, setting == world::Setting::kTown);
     const double course_error = 0.02 * random.normal();
-    const bool forward = (body.T_world_body.R.transpose() * body.velocity_mps).x() > 0.0;
     if (body.velocity_mps.head<2>().norm() > kCourse_mps || !has_course) {
-      const Eigen::Vector3d ahead = forward || !has_course
-                                        ? Eigen::Vector3d(body.T_world_body.R.col(0))
-                                        : Eigen::Vector3d(-body.T_world_body.R.col(0));
+      const Eigen::Vector3d ahead = body.T_world_body.R.col(0);
       const double course = std::atan2(ahead.y(), ahead.x()) + course_error;
       R = so3::from_roll_pitch_yaw({0.0, 0.0, course});
       has_course = true;

@@ -35,14 +35,14 @@ class PoseError {
 /// How the cloud of a mapping drive is made.
 struct SurveySpec {
   rendering::LidarSpec lidar;
-  double spacing_m = 0.6;  ///< of scans along the way; no closer in time than the scanner turns
+  double spacing_m = 1.0;  ///< of scans along the way; no closer in time than the scanner turns
   /// Of a survey-grade GNSS/INS after post-processing: 2.6 cm in all.
   PoseError::Spec poses{.position_m = 0.015, .rotation_rad = 0.00035, .correlation_s = 15.0};
-  double near_m = 14.0;  ///< up to here points are thinned to near_edge_m, beyond to far_edge_m
-  double near_edge_m = 0.045;
-  double middle_m = 40.0;
-  double middle_edge_m = 0.08;
-  double far_edge_m = 0.15;
+  double near_m = 9.0;  ///< up to here points are thinned to near_edge_m, beyond to far_edge_m
+  double near_edge_m = 0.05;
+  double middle_m = 25.0;
+  double middle_edge_m = 0.09;
+  double far_edge_m = 0.2;
 };
 
 struct SurveyCounts {
