@@ -18,6 +18,7 @@ ROOT = Path(__file__).resolve().parent.parent
 SCENARIO = "mixed"
 SEED = 1
 METRES = 300.0
+CAMERA_HZ = 5.0  # of what a minute of rendering affords
 DEMO_ROWS = ("day", "day_reckoning", "day_gnss")
 
 
@@ -25,7 +26,13 @@ def run(out: Path, bins: Path, every_metres: float = 5.0, metres: float = METRES
     """Exit code: 1 where a step failed, with what it said; the report has it, too."""
     models = Path(os.environ.get("TOPOLOC_MODELS", ROOT / "third_party/cache/models"))
     choice = Choice(
-        (SCENARIO,), (SEED,), metres, models=models, node_spacing_m=every_metres, overlays=True
+        (SCENARIO,),
+        (SEED,),
+        metres,
+        models=models,
+        camera_hz=CAMERA_HZ,
+        node_spacing_m=every_metres,
+        overlays=True,
     )
     plan = make_plan(choice, [row for row in ROWS if row.name in DEMO_ROWS])
     out.mkdir(parents=True, exist_ok=True)

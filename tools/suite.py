@@ -60,6 +60,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         "--seeds", type=seed_list, default=default.seeds, metavar="LIST", help="of worlds [1,2]"
     )
     parser.add_argument("--metres", type=float, default=default.metres, help="of each drive [500]")
+    parser.add_argument("--camera-hz", type=float, default=default.camera_hz, help="images [10]")
     parser.add_argument("--only", default="", metavar="TEXT", help="rows whose name contains it")
     parser.add_argument("--reduced", action="store_true", help="a few rows of short drives")
     parser.add_argument("--check", action="store_true", help="exit 1 where a target is missed")
@@ -80,6 +81,8 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         parser.error("--seeds: give numbers from 0 to 99")
     if not 50.0 <= args.metres <= 100000.0:
         parser.error("--metres: at least 50")
+    if not 1.0 <= args.camera_hz <= 60.0:
+        parser.error("--camera-hz: 1 to 60")
     if args.jobs < 1:
         parser.error("--jobs: at least 1")
     return args
@@ -170,7 +173,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     args = parse(words)
     models = Path(os.environ.get("TOPOLOC_MODELS", ROOT / "third_party/cache/models"))
-    choice = Choice(args.scenarios, args.seeds, args.metres, args.only, models=models)
+    choice = Choice(
+        args.scenarios, args.seeds, args.metres, args.only, models=models, camera_hz=args.camera_hz
+    )
     if args.reduced:
         choice = reduced(choice)
     plan = make_plan(choice)

@@ -18,6 +18,9 @@ SIMULATE_S_PER_M = 0.25
 REFINE_S_PER_M = 0.8
 BUILD_S_PER_M = 0.1
 LOCALISE_S_PER_M = 0.12
+# Of continuous integration: what fits into 12 minutes.
+REDUCED_M = 150.0
+REDUCED_HZ = 5.0
 # Other traffic and noise than on the mapping drive.
 SEED_OFFSET = {"map": 0, "day": 100, "dusk": 200, "night": 300, "overcast": 400}
 
@@ -32,6 +35,7 @@ class Choice:
     only: str = ""
     reduced: bool = False
     models: Path = Path()  # folder of the model files
+    camera_hz: float = 10.0
     node_spacing_m: float = 5.0
     overlays: bool = False
 
@@ -119,6 +123,7 @@ class Planner:
         command = ["topoloc-simulate", "--scenario", scenario]
         command += ["--seed", str(seed + SEED_OFFSET[query]), "--out", out, "--force"]
         command += ["--light", "day" if query == "map" else query]
+        command += ["--camera-hz", f"{choice.camera_hz:g}"]
         after: tuple[str, ...] = ()
         if query == "map":
             command += ["--length-km", f"{choice.metres / 1000.0:g}"]
@@ -282,4 +287,10 @@ def make_plan(choice: Choice, rows: Sequence[Row] = ROWS) -> Plan:
 
 def reduced(choice: Choice) -> Choice:
     """The form for continuous integration."""
-    return replace(choice, reduced=True, seeds=choice.seeds[:1], metres=min(choice.metres, 150.0))
+    return replace(
+        choice,
+        reduced=True,
+        seeds=choice.seeds[:1],
+        metres=min(choice.metres, REDUCED_M),
+        camera_hz=REDUCED_HZ,
+    )
