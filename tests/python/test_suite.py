@@ -134,7 +134,7 @@ def test_an_interrupt_ends_the_program_writes_the_report_and_is_gone_on_from(
     deadline = time.monotonic() + 120.0
     while not (programs.folder / "there").is_file() and time.monotonic() < deadline:
         time.sleep(0.05)
-    process.send_signal(signal.SIGINT)  # to the suite alone, as `kill` does
+    process.send_signal(signal.SIGTERM)
     assert process.wait(timeout=60) == 130
     assert "steps have not been run yet" in report(programs)
     programs.write("topoloc-localise", LOCALISE)

@@ -212,7 +212,8 @@ def head(results: Results, command: str) -> list[Html]:
         f"made {time.strftime('%Y-%m-%d %H:%M UTC', time.gmtime())}",
         f"{platform.machine()}, {os.cpu_count()} CPUs",
         f"{', '.join(choice.scenarios)}; seeds {', '.join(map(str, choice.seeds))}; "
-        f"{choice.metres:g} m each, {choice.camera_hz:g} images a second; nodes every {choice.node_spacing_m:g} m",
+        f"{choice.metres:g} m each, {choice.camera_hz:g} images a second; "
+        f"nodes every {choice.node_spacing_m:g} m",
         f"{len(results.book.outcomes)} of {len(results.plan.steps)} steps, "
         f"{spent_s / 60.0:.0f} min",
     ]
