@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 import subprocess
@@ -16,6 +17,8 @@ from typing import Any
 import pytest
 import yaml
 from fake_programs import LOCALISE, FakePrograms
+from programs import done
+from programs import run as programs_run
 
 import scenario_suite.report
 import suite
@@ -24,6 +27,9 @@ from scenario_suite.figures import read_json
 from scenario_suite.plan import Choice, make_plan
 from scenario_suite.rows import TARGETS
 from scenario_suite.steps import file_checksum
+
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture
@@ -275,6 +281,16 @@ def test_wrong_usage_and_list(programs: FakePrograms, capsys: pytest.CaptureFixt
     assert run(programs, "--list", "--scenarios", "town") == 0
     listed = capsys.readouterr().out
     assert "to do map_town_1_auto:" in listed and programs.calls() == []
+
+
+def test_topoloc_evaluate_suite_is_this_tool_with_its_exit_code(tmp_path: Path) -> None:
+    bins = Path(os.environ.get("TOPOLOC_BIN", ROOT / "build/release/bin"))
+    listed = done(bins / "topoloc-evaluate", "suite", "--list", "--out", tmp_path, "--seeds", "7")
+    assert "to do map_tunnel_7_auto" in listed
+    wrong = programs_run(bins / "topoloc-evaluate", "suite", "--scenarios", "moon")
+    assert wrong.returncode == 2 and "moon" in wrong.stderr
+    neither = programs_run(bins / "topoloc-evaluate", "--estimate", "x.tum")
+    assert neither.returncode == 2
 
 
 def test_jobs_at_a_time_give_the_same(programs: FakePrograms) -> None:
