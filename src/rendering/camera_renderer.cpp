@@ -49,6 +49,14 @@ bool alike(const Hit& a, const Hit& b) {
          std::abs(a.distance_m - b.distance_m) < 0.5 * a.distance_m;
 }
 
+/// What the samples of a pixel met; kept from pixel to pixel, since clearing it takes time.
+struct Scratch {
+  std::array<Ray, kMostSamples> rays;
+  std::array<std::optional<Hit>, kMostSamples> hits;
+  std::array<Hit, kMostSamples> patch_hits;
+  std::array<Eigen::Vector3d, kMostSamples> patch_directions;
+};
+
 }  // namespace
 
 struct CameraRenderer::Impl {
@@ -76,18 +84,18 @@ struct CameraRenderer::Impl {
         exposure(spec) {}
 
   [[nodiscard]] float radiance(int row, int column, const CameraPath& path, double exposure_time_s,
-                               std::span<const PixelSample> samples);
+                               std::span<const PixelSample> samples, Scratch& scratch);
   [[nodiscard]] std::optional<HeadLamps> head_lamps(const RigidTransform& T_world_cam) const;
   void settle(const CameraPath& path);
 };
 
 /// Mean radiance over a pixel and its exposure.
 float CameraRenderer::Impl::radiance(int row, int column, const CameraPath& path,
-                                     double exposure_time_s, std::span<const PixelSample> samples) {
+                                     double exposure_time_s, std::span<const PixelSample> samples,
+                                     Scratch& scratch) {
   const PinholeCamera& pinhole = spec.calibration.pinhole;
   const std::size_t n = samples.size();
-  std::array<Ray, kMostSamples> rays;
-  std::array<std::optional<Hit>, kMostSamples> hits;
+  auto& [rays, hits, patch_hits, patch_directions] = scratch;
   const double row_s = spec.readout_s * (static_cast<double>(row) / (pinhole.height_px - 1) - 0.5);
   // Times differ from pixel to pixel, else moving edges would show `n` times.
   const double shift =
@@ -121,8 +129,6 @@ float CameraRenderer::Impl::radiance(int row, int column, const CameraPath& path
       ++sky_samples;
       continue;
     }
-    std::array<Hit, kMostSamples> patch_hits;
-    std::array<Eigen::Vector3d, kMostSamples> patch_directions;
     std::size_t count = 0;
     for (std::size_t j = i; j < n; ++j) {
       if (!done[j] && hits[j] && alike(*hits[i], *hits[j])) {
@@ -162,10 +168,11 @@ void CameraRenderer::Impl::settle(const CameraPath& path) {
   const std::array<PixelSample, 1> middle{};
   std::vector<std::vector<float>> seen(static_cast<std::size_t>(pinhole.height_px / every));
   parallel_rows(pinhole.height_px / every, threads, [&](int i) {
+    Scratch scratch;
     for (int column = every / 2; column < pinhole.width_px; column += every) {
       const int row = i * every + every / 2;
-      seen[static_cast<std::size_t>(i)].push_back(sensor.vignetting(row, column) *
-                                                  radiance(row, column, path, 0.0, middle));
+      seen[static_cast<std::size_t>(i)].push_back(
+          sensor.vignetting(row, column) * radiance(row, column, path, 0.0, middle, scratch));
     }
   });
   exposure.settle([&](double total_s) {
@@ -212,9 +219,10 @@ cv::Mat CameraRenderer::render(const CameraMotion& T_world_cam, std::uint64_t fr
   parallel_rows(pinhole.height_px, self.threads, [&](int row) {
     auto* bytes = image.ptr<std::uint8_t>(row);
     double sum = 0.0;
+    Scratch scratch;
     for (int column = 0; column < pinhole.width_px; ++column) {
       const float light = self.sensor.vignetting(row, column) *
-                          self.radiance(row, column, path, self.exposure_s, used);
+                          self.radiance(row, column, path, self.exposure_s, used, scratch);
       const float share = self.sensor.expose(
           light, self.exposure_s, self.gain,
           world::key(self.seed,
