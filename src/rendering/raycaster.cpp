@@ -115,6 +115,11 @@ struct Raycaster::Scene {
   }
   void add_triangles(RTCScene scene, const world::Mesh& mesh) const;
   void add_instance(RTCScene scene, const world::Instance& instance, std::uint32_t id) const;
+  /// Those to look into; null: nothing there.
+  [[nodiscard]] std::array<RTCScene, 2> among(Obstacles obstacles) const {
+    return {obstacles == Obstacles::kFixed ? nullptr : moving.get(),
+            obstacles == Obstacles::kMoving ? nullptr : fixed.get()};
+  }
   [[nodiscard]] Hit hit_of(const Ray& ray, const RTCHit& at, double embree_m) const;
 };
 
@@ -222,9 +227,7 @@ std::optional<Hit> Raycaster::cast(const Ray& ray, Obstacles obstacles) const {
   found.ray = embree_ray(ray);
   found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  RTCScene fixed = obstacles == Obstacles::kMoving ? nullptr : scene_->fixed.get();
-  RTCScene moving = obstacles == Obstacles::kFixed ? nullptr : scene_->moving.get();
-  for (RTCScene scene : {fixed, moving}) {
+  for (RTCScene scene : scene_->among(obstacles)) {
     if (scene != nullptr) {
       RTCIntersectContext context;
       rtcInitIntersectContext(&context);
@@ -237,7 +240,8 @@ std::optional<Hit> Raycaster::cast(const Ray& ray, Obstacles obstacles) const {
   return scene_->hit_of(ray, found.hit, static_cast<double>(found.ray.tfar));
 }
 
-void Raycaster::cast(std::span<const Ray> rays, std::span<std::optional<Hit>> hits) const {
+void Raycaster::cast(std::span<const Ray> rays, std::span<std::optional<Hit>> hits,
+                     Obstacles obstacles) const {
   for (std::size_t first = 0; first < rays.size(); first += kPacket) {
     const auto part = rays.subspan(first, std::min(kPacket, rays.size() - first));
     Packet<RTCRayHit16> packet(part);
@@ -245,7 +249,7 @@ void Raycaster::cast(std::span<const Ray> rays, std::span<std::optional<Hit>> hi
       packet.rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
       packet.rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
     }
-    for (RTCScene scene : {scene_->fixed.get(), scene_->moving.get()}) {
+    for (RTCScene scene : scene_->among(obstacles)) {
       if (scene != nullptr) {
         RTCIntersectContext context = coherent();
         rtcIntersect16(packet.valid.data(), scene, &context, &packet.rays);
@@ -264,11 +268,12 @@ void Raycaster::cast(std::span<const Ray> rays, std::span<std::optional<Hit>> hi
   }
 }
 
-void Raycaster::blocked(std::span<const Ray> rays, std::span<std::uint8_t> results) const {
+void Raycaster::blocked(std::span<const Ray> rays, std::span<std::uint8_t> results,
+                        Obstacles obstacles) const {
   for (std::size_t first = 0; first < rays.size(); first += kPacket) {
     const auto part = rays.subspan(first, std::min(kPacket, rays.size() - first));
     Packet<RTCRay16> packet(part);
-    for (RTCScene scene : {scene_->moving.get(), scene_->fixed.get()}) {
+    for (RTCScene scene : scene_->among(obstacles)) {
       if (scene != nullptr) {
         RTCIntersectContext context = coherent();
         rtcOccluded16(packet.valid.data(), scene, &context, &packet.rays);
@@ -281,10 +286,10 @@ void Raycaster::blocked(std::span<const Ray> rays, std::span<std::uint8_t> resul
 }
 
 bool Raycaster::blocked(const Ray& ray, Obstacles obstacles) const {
-  const RTCRay cast = embree_ray(ray);
-  return (obstacles != Obstacles::kFixed && scene_->moving &&
-          blocked_in(scene_->moving.get(), cast)) ||
-         (obstacles != Obstacles::kMoving && blocked_in(scene_->fixed.get(), cast));
+  const auto scenes = scene_->among(obstacles);
+  return std::any_of(scenes.begin(), scenes.end(), [&](RTCScene scene) {
+    return scene != nullptr && blocked_in(scene, embree_ray(ray));
+  });
 }
 
 std::array<Eigen::Vector3d, 3> Raycaster::corners(const Hit& hit) const {

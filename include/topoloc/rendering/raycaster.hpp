@@ -56,11 +56,13 @@ class Raycaster {
                                         Obstacles obstacles = Obstacles::kAll) const;
   /// The same for many rays that start close together in much the same direction: sixteen at a
   /// time, several times faster.
-  void cast(std::span<const Ray> rays, std::span<std::optional<Hit>> hits) const;
+  void cast(std::span<const Ray> rays, std::span<std::optional<Hit>> hits,
+            Obstacles obstacles = Obstacles::kAll) const;
   /// Whether anything lies on the ray before its `max_m`.
   [[nodiscard]] bool blocked(const Ray& ray, Obstacles obstacles = Obstacles::kAll) const;
   /// The same for many rays; 1 where blocked.
-  void blocked(std::span<const Ray> rays, std::span<std::uint8_t> results) const;
+  void blocked(std::span<const Ray> rays, std::span<std::uint8_t> results,
+               Obstacles obstacles = Obstacles::kAll) const;
   /// Corners of the triangle that was hit, in the world.
   [[nodiscard]] std::array<Eigen::Vector3d, 3> corners(const Hit& hit) const;
   /// Where the object that was hit stands: the origin of its mesh, in the world.
