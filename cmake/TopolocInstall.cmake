@@ -20,7 +20,7 @@ function(topoloc_install component)
   endforeach()
 endfunction()
 topoloc_install(vehicle topoloc-localise topoloc-camera topoloc-can-decode)
-topoloc_install(tools topoloc-map topoloc-replay topoloc-evaluate topoloc-calibrate)
+topoloc_install(tools topoloc-map topoloc-replay topoloc-evaluate topoloc-calibrate topoloc-simulate)
 
 # Libraries that third_party/fetch got and Debian 12 does not have, under the names that the loader
 # looks for; those of the system are left to its packages.

@@ -15,7 +15,8 @@
 namespace topoloc::rendering {
 namespace {
 
-constexpr double kCell_m = 0.5;         // on triangles
+constexpr double kCell_m = 0.5;  // on triangles; far off twice or four times as large
+constexpr double kNear_m = 50.0;
 constexpr double kPlantCell_m = 0.7;    // between leaves
 constexpr double kVehicleCell_m = 1.0;  // above vehicles
 constexpr double kVehicleHeight_m = 3.0;
@@ -46,6 +47,25 @@ Ambient::Value mixed(const Ambient::Value& a, const Ambient::Value& b, double sh
   const auto s = static_cast<float>(share);
   return {a.irradiance + s * (b.irradiance - a.irradiance),
           a.openness + s * (b.openness - a.openness)};
+}
+
+double cell_m(double distance_m) {
+  return kCell_m * (distance_m < kNear_m ? 1.0 : distance_m < 2.0 * kNear_m ? 2.0 : 4.0);
+}
+
+/// As many directions to all sides.
+const std::array<Eigen::Vector3d, kHemisphereRays>& sphere() {
+  static const auto directions = [] {
+    std::array<Eigen::Vector3d, kHemisphereRays> result;
+    const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
+    for (int i = 0; i < kHemisphereRays; ++i) {
+      const double z = 1.0 - (2.0 * i + 1.0) / kHemisphereRays;
+      const double r = std::sqrt(1.0 - z * z);
+      result[static_cast<std::size_t>(i)] = {r * std::cos(golden * i), r * std::sin(golden * i), z};
+    }
+    return result;
+  }();
+  return directions;
 }
 
 std::uint64_t bits(std::int64_t value) { return static_cast<std::uint64_t>(value); }
@@ -132,26 +152,30 @@ Ambient::Value Ambient::on_triangle(const Hit& hit) {
   };
   const Eigen::Vector2d least = flat_corners[0].cwiseMin(flat_corners[1]).cwiseMin(flat_corners[2]);
   const Eigen::Vector2d most = flat_corners[0].cwiseMax(flat_corners[1]).cwiseMax(flat_corners[2]);
-  if ((most - least).maxCoeff() < kCell_m) {  // one node for small ones
+  const double cell = cell_m(hit.distance_m);
+  if ((most - least).maxCoeff() < cell) {  // one node for small ones; blades of grass share some
+    if (hit.surface->material == world::Material::kGrass) {
+      return in_plant(hit);
+    }
     return remembered(world::key(hit.object, {hit.triangle, side}), Gather::kHemisphere,
                       [&] { return lifted(flat(middle)); });
   }
-  const Eigen::Vector2d at = flat(hit.point_m) / kCell_m;
+  const Eigen::Vector2d at = flat(hit.point_m) / cell;
   const Eigen::Vector2d corner = at.array().floor();
   const auto node = [&](int i, int j) {
     const Eigen::Vector2d p = corner + Eigen::Vector2d(i, j);
     const std::uint64_t key = world::key(
         hit.object, {hit.triangle, side, bits(std::llround(p.x())), bits(std::llround(p.y()))});
     return remembered(key, Gather::kHemisphere,
-                      [&] { return lifted(clamped(kCell_m * p, flat_corners)); });
+                      [&] { return lifted(clamped(cell * p, flat_corners)); });
   };
   const Eigen::Vector2d share = at - corner;
   return mixed(mixed(node(0, 0), node(1, 0), share.x()), mixed(node(0, 1), node(1, 1), share.x()),
                share.y());
 }
 
-Ambient::Value Ambient::in_space(const Eigen::Vector3d& point_m, double cell_m, Gather gather) {
-  const Eigen::Vector3d at = point_m / cell_m;
+Ambient::Value Ambient::in_space(const Eigen::Vector3d& point_m, double size_m, Gather gather) {
+  const Eigen::Vector3d at = point_m / size_m;
   const Eigen::Vector3d corner = at.array().floor();
   const Eigen::Vector3d share = at - corner;
   const auto node = [&](int i, int j, int k) {
@@ -160,7 +184,7 @@ Ambient::Value Ambient::in_space(const Eigen::Vector3d& point_m, double cell_m, 
         0x5ACEU + static_cast<std::uint64_t>(gather),
         {bits(std::llround(p.x())), bits(std::llround(p.y())), bits(std::llround(p.z()))});
     return remembered(key, gather, [&] {
-      return std::pair<Eigen::Vector3d, Eigen::Vector3d>(cell_m * p, Eigen::Vector3d::UnitZ());
+      return std::pair<Eigen::Vector3d, Eigen::Vector3d>(size_m * p, Eigen::Vector3d::UnitZ());
     });
   };
   const auto plane = [&](int k) {
@@ -185,50 +209,50 @@ Ambient::Value Ambient::on_vehicle(const Hit& hit) {
   return {value.irradiance * (up + kBounceAlbedo * (1.0F - up)), value.openness * up};
 }
 
+/// Rays from a place to all sides; from half of those that meet something, what is lit there.
 Ambient::Value Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vector3d& normal,
                                  Gather gather) const {
   const Eigen::Matrix3d R = frame_of(normal);
+  std::array<Ray, kHemisphereRays> rays;
+  std::array<std::optional<Hit>, kHemisphereRays> hits;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    rays[i] = {from_m, gather == Gather::kHemisphere ? R * hemisphere()[i] : sphere()[i]};
+  }
+  raycaster_->cast(rays, hits, Obstacles::kFixed);
+
   Value sum;
-  const auto add = [&](const Eigen::Vector3d& direction) {
-    Ray ray{from_m, direction};
-    const bool sky = direction.z() > 0.0 && !raycaster_->blocked(ray, Obstacles::kFixed);
-    sum.irradiance += sky ? sky_->mean_radiance(direction) : reflected(ray);
-    sum.openness += sky ? 1.0F : 0.0F;
-  };
-  if (gather == Gather::kHemisphere) {
-    for (const Eigen::Vector3d& direction : hemisphere()) {
-      add(R * direction);
+  std::array<Ray, 2 * kHemisphereRays> lights;  // from what is met: straight up, and to the sun
+  std::array<float, 2 * kHemisphereRays> strengths{};
+  std::size_t count = 0;
+  bool skip = false;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (!hits[i]) {
+      const bool sky = rays[i].direction.z() > 0.0;
+      sum.irradiance += sky ? sky_->mean_radiance(rays[i].direction) : 0.0F;
+      sum.openness += sky ? 1.0F : 0.0F;
+      continue;
     }
-  } else {
-    const double golden = std::numbers::pi * (3.0 - std::sqrt(5.0));
-    for (int i = 0; i < kHemisphereRays; ++i) {
-      const double z = 1.0 - (2.0 * i + 1.0) / kHemisphereRays;
-      const double r = std::sqrt(1.0 - z * z);
-      add({r * std::cos(golden * i), r * std::sin(golden * i), z});
+    skip = !skip;
+    if (skip || hits[i]->distance_m > kBounceReach_m) {
+      continue;
     }
+    const Hit& met = *hits[i];
+    const Eigen::Vector3d start_m = off_surface(met);
+    lights[count] = {start_m, Eigen::Vector3d::UnitZ()};
+    strengths[count++] = sky_->irradiance() * static_cast<float>(0.5 + 0.5 * met.normal.z());
+    const double cosine = met.normal.dot(light_.to_sun);
+    if (light_.sun > 0.0 && cosine > 0.0) {
+      lights[count] = {start_m, light_.to_sun};
+      strengths[count++] = static_cast<float>(light_.sun * cosine);
+    }
+  }
+  std::array<std::uint8_t, 2 * kHemisphereRays> blocked{};
+  raycaster_->blocked(std::span(lights).first(count), blocked, Obstacles::kFixed);
+  for (std::size_t i = 0; i < count; ++i) {
+    sum.irradiance += blocked[i] != 0 ? 0.0F : 2.0F * kBounceAlbedo * strengths[i];
   }
   constexpr auto kShare = static_cast<float>(1.0 / kHemisphereRays);
   return {sum.irradiance * kShare, sum.openness * kShare};
-}
-
-/// Radiance of what a ray meets, lit by the sun and the sky straight above.
-float Ambient::reflected(const Ray& ray) const {
-  const auto hit =
-      raycaster_->cast({ray.origin_m, ray.direction, kBounceReach_m}, Obstacles::kFixed);
-  if (!hit) {
-    return 0.0F;
-  }
-  const Eigen::Vector3d from_m = off_surface(*hit);
-  float irradiance = 0.0F;
-  if (!raycaster_->blocked({from_m, Eigen::Vector3d::UnitZ()}, Obstacles::kFixed)) {
-    irradiance += sky_->irradiance() * static_cast<float>(0.5 + 0.5 * hit->normal.z());
-  }
-  const double cosine = hit->normal.dot(light_.to_sun);
-  if (light_.sun > 0.0 && cosine > 0.0 &&
-      !raycaster_->blocked({from_m, light_.to_sun}, Obstacles::kFixed)) {
-    irradiance += static_cast<float>(light_.sun * cosine);
-  }
-  return kBounceAlbedo * irradiance;
 }
 
 }  // namespace topoloc::rendering

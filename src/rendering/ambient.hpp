@@ -36,10 +36,9 @@ class Ambient {
   [[nodiscard]] Value on_vehicle(const Hit& hit);
   template <typename Where>
   [[nodiscard]] Value remembered(std::uint64_t key, Gather gather, const Where& where);
-  [[nodiscard]] Value in_space(const Eigen::Vector3d& point_m, double cell_m, Gather gather);
+  [[nodiscard]] Value in_space(const Eigen::Vector3d& point_m, double size_m, Gather gather);
   [[nodiscard]] Value gathered(const Eigen::Vector3d& from_m, const Eigen::Vector3d& normal,
                                Gather gather) const;
-  [[nodiscard]] float reflected(const Ray& ray) const;
 
   const Raycaster* raycaster_;
   Illumination light_;

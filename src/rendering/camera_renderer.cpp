@@ -10,6 +10,7 @@
 #include "rendering/lens.hpp"
 #include "rendering/parallel_rows.hpp"
 #include "rendering/pixel_samples.hpp"
+#include "rendering/row_tracer.hpp"
 #include "rendering/sensor.hpp"
 #include "rendering/shading.hpp"
 
@@ -42,13 +43,6 @@ void check(const CameraSpec& spec) {
   }
 }
 
-/// Whether two samples of a pixel may be shaded as one patch.
-bool alike(const Hit& a, const Hit& b) {
-  constexpr double kSameWay = 0.97;
-  return a.surface == b.surface && a.object == b.object && a.normal.dot(b.normal) > kSameWay &&
-         std::abs(a.distance_m - b.distance_m) < 0.5 * a.distance_m;
-}
-
 }  // namespace
 
 struct CameraRenderer::Impl {
@@ -75,71 +69,14 @@ struct CameraRenderer::Impl {
         shading(raycaster_, light, seed),
         exposure(spec) {}
 
-  [[nodiscard]] float radiance(int row, int column, const CameraPath& path, double exposure_time_s,
-                               std::span<const PixelSample> samples);
+  [[nodiscard]] Exposing exposing(const CameraPath& path, double exposure_time_s,
+                                  std::span<const PixelSample> samples) {
+    return {raycaster,       &shading,       &lens,  &path, spec.calibration.pinhole,
+            exposure_time_s, spec.readout_s, samples};
+  }
   [[nodiscard]] std::optional<HeadLamps> head_lamps(const RigidTransform& T_world_cam) const;
   void settle(const CameraPath& path);
 };
-
-/// Mean radiance over a pixel and its exposure.
-float CameraRenderer::Impl::radiance(int row, int column, const CameraPath& path,
-                                     double exposure_time_s, std::span<const PixelSample> samples) {
-  const PinholeCamera& pinhole = spec.calibration.pinhole;
-  const std::size_t n = samples.size();
-  std::array<Ray, kMostSamples> rays;
-  std::array<std::optional<Hit>, kMostSamples> hits;
-  const double row_s = spec.readout_s * (static_cast<double>(row) / (pinhole.height_px - 1) - 0.5);
-  // Times differ from pixel to pixel, else moving edges would show `n` times.
-  const double shift =
-      static_cast<double>(world::key(seed, {0x71DEU, static_cast<std::uint64_t>(row),
-                                            static_cast<std::uint64_t>(column)}) >>
-                          11U) *
-          0x1p-53 -
-      0.5;
-  for (std::size_t i = 0; i < n; ++i) {
-    const PixelSample& sample = samples[i];
-    const double time = sample.time + shift / static_cast<double>(n);
-    const RigidTransform T = path.at(row_s + exposure_time_s * (time - 0.5));
-    const Eigen::Vector3d ray = lens.ray(column - 0.5 + sample.x, row - 0.5 + sample.y);
-    if (std::isnan(ray.x())) {
-      return 0.0F;
-    }
-    rays[i] = {T.p, (T.R * ray).normalized()};
-  }
-  raycaster->cast(std::span(rays).first(n), std::span(hits).first(n));
-
-  float sum = 0.0F;
-  std::array<bool, kMostSamples> done{};
-  Eigen::Vector3d sky_direction = Eigen::Vector3d::Zero();
-  int sky_samples = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (done[i]) {
-      continue;
-    }
-    if (!hits[i]) {
-      sky_direction += rays[i].direction;
-      ++sky_samples;
-      continue;
-    }
-    std::array<Hit, kMostSamples> patch_hits;
-    std::array<Eigen::Vector3d, kMostSamples> patch_directions;
-    std::size_t count = 0;
-    for (std::size_t j = i; j < n; ++j) {
-      if (!done[j] && hits[j] && alike(*hits[i], *hits[j])) {
-        done[j] = true;
-        patch_hits[count] = *hits[j];
-        patch_directions[count++] = rays[j].direction;
-      }
-    }
-    sum += static_cast<float>(count) *
-           shading.radiance({std::span(patch_hits).first(count),
-                             std::span(patch_directions).first(count), 1.0 / pinhole.fx_px});
-  }
-  if (sky_samples > 0) {
-    sum += static_cast<float>(sky_samples) * shading.sky().radiance(sky_direction.normalized());
-  }
-  return sum / static_cast<float>(n);
-}
 
 /// They are lit in the dark: where hardly any sky is to be seen from the camera, by day too.
 std::optional<HeadLamps> CameraRenderer::Impl::head_lamps(const RigidTransform& T_world_cam) const {
@@ -160,26 +97,27 @@ void CameraRenderer::Impl::settle(const CameraPath& path) {
   const PinholeCamera& pinhole = spec.calibration.pinhole;
   const int every = std::max(2, pinhole.width_px / 64);
   const std::array<PixelSample, 1> middle{};
-  std::vector<std::vector<float>> seen(static_cast<std::size_t>(pinhole.height_px / every));
-  parallel_rows(pinhole.height_px / every, threads, [&](int i) {
-    for (int column = every / 2; column < pinhole.width_px; column += every) {
-      const int row = i * every + every / 2;
-      seen[static_cast<std::size_t>(i)].push_back(sensor.vignetting(row, column) *
-                                                  radiance(row, column, path, 0.0, middle));
+  const Exposing exposing_now = exposing(path, 0.0, middle);
+  const int rows = pinhole.height_px / every;
+  const int columns = pinhole.width_px / every;
+  cv::Mat seen(rows, columns, CV_32FC1);
+  parallel_rows(rows, threads, [&](int i) {
+    const int row = i * every + every / 2;
+    RowTracer(exposing_now)
+        .trace(row, every / 2, every,
+               std::span(seen.ptr<float>(i), static_cast<std::size_t>(columns)));
+    for (int k = 0; k < columns; ++k) {
+      seen.at<float>(i, k) *= sensor.vignetting(row, k * every + every / 2);
     }
   });
   exposure.settle([&](double total_s) {
     double sum = 0.0;
-    double count = 0.0;
-    for (const auto& row : seen) {
-      for (const float radiance : row) {
-        const double electrons = static_cast<double>(radiance) * total_s * spec.electrons_per_s;
-        sum += static_cast<double>(
-            coded(static_cast<float>(std::min(1.0, electrons / spec.full_well_electrons))));
-        count += 1.0;
-      }
+    for (const float radiance : cv::Mat_<float>(seen)) {
+      const double electrons = static_cast<double>(radiance) * total_s * spec.electrons_per_s;
+      sum += static_cast<double>(
+          coded(static_cast<float>(std::min(1.0, electrons / spec.full_well_electrons))));
     }
-    return sum / count;
+    return sum / static_cast<double>(seen.total());
   });
 }
 
@@ -207,14 +145,17 @@ cv::Mat CameraRenderer::render(const CameraMotion& T_world_cam, std::uint64_t fr
   const auto samples = pixel_samples(self.spec.samples_per_pixel);
   const std::span<const PixelSample> used(samples.data(),
                                           static_cast<std::size_t>(self.spec.samples_per_pixel));
+  const Exposing exposing = self.exposing(path, self.exposure_s, used);
   cv::Mat image(pinhole.height_px, pinhole.width_px, CV_8UC1);
   std::vector<double> row_sums(static_cast<std::size_t>(pinhole.height_px));
   parallel_rows(pinhole.height_px, self.threads, [&](int row) {
     auto* bytes = image.ptr<std::uint8_t>(row);
+    std::vector<float> radiances(static_cast<std::size_t>(pinhole.width_px));
+    RowTracer(exposing).trace(row, 0, 1, radiances);
     double sum = 0.0;
     for (int column = 0; column < pinhole.width_px; ++column) {
-      const float light = self.sensor.vignetting(row, column) *
-                          self.radiance(row, column, path, self.exposure_s, used);
+      const float light =
+          self.sensor.vignetting(row, column) * radiances[static_cast<std::size_t>(column)];
       const float share = self.sensor.expose(
           light, self.exposure_s, self.gain,
           world::key(self.seed,

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "rendering/hemisphere.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
@@ -19,6 +20,9 @@ const std::array<Eigen::Vector3d, kHemisphereRays>& hemisphere() {
       result[static_cast<std::size_t>(i)] = {r * std::cos(golden * i), r * std::sin(golden * i),
                                              std::sqrt(1.0 - r2)};
     }
+    // Neighbours side by side: rays are cast by sixteens.
+    std::sort(result.begin(), result.end(),
+              [](const auto& a, const auto& b) { return a.x() < b.x(); });
     return result;
   }();
   return directions;

@@ -15,8 +15,6 @@
 namespace topoloc::rendering {
 namespace {
 
-constexpr std::size_t kPacket = 16;  // beams cast at a time
-
 Eigen::Vector3d direction(double azimuth_rad, double elevation_rad) {
   return {std::cos(elevation_rad) * std::cos(azimuth_rad),
           std::cos(elevation_rad) * std::sin(azimuth_rad), std::sin(elevation_rad)};
@@ -91,10 +89,7 @@ std::vector<LidarPoint> scan(const Raycaster& raycaster, const LidarSpec& spec,
           direction(azimuth_rad, spec.lowest_rad + share * (spec.highest_rad - spec.lowest_rad));
       rays[b] = {T.p, T.R * directions[b], spec.max_range_m};
     }
-    for (std::size_t b = 0; b < beams; b += kPacket) {
-      const std::size_t count = std::min(kPacket, beams - b);
-      raycaster.cast(std::span(rays).subspan(b, count), std::span(hits).subspan(b, count));
-    }
+    raycaster.cast(rays, hits);
     for (std::size_t b = 0; b < beams; ++b) {
       if (!hits[b]) {
         continue;

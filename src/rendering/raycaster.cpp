@@ -6,6 +6,7 @@
 #include "rendering/triangle_hit.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -51,11 +52,48 @@ RTCRay embree_ray(const Ray& ray) {
   return result;
 }
 
+/// Embree's sign for a hit.
+bool is_blocked(float tfar) { return std::isinf(tfar) && tfar < 0.0F; }
+
 bool blocked_in(RTCScene scene, RTCRay ray) {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   rtcOccluded1(scene, &context, &ray);
-  return std::isinf(ray.tfar) && ray.tfar < 0.0F;  // Embree's sign for a hit
+  return is_blocked(ray.tfar);
+}
+
+constexpr std::size_t kPacket = 16;
+
+RTCRay16& rays_of(RTCRayHit16& packet) { return packet.ray; }
+RTCRay16& rays_of(RTCRay16& packet) { return packet; }
+
+/// Up to sixteen rays, side by side.
+template <typename Rays>
+struct Packet {
+  explicit Packet(std::span<const Ray> from) {
+    RTCRay16& to = rays_of(rays);
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      const RTCRay ray = embree_ray(from[i]);
+      valid[i] = -1;
+      to.org_x[i] = ray.org_x;
+      to.org_y[i] = ray.org_y;
+      to.org_z[i] = ray.org_z;
+      to.dir_x[i] = ray.dir_x;
+      to.dir_y[i] = ray.dir_y;
+      to.dir_z[i] = ray.dir_z;
+      to.tfar[i] = ray.tfar;
+      to.mask[i] = ray.mask;
+    }
+  }
+  alignas(64) std::array<int, kPacket> valid{};
+  alignas(64) Rays rays{};
+};
+
+RTCIntersectContext coherent() {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  return context;
 }
 
 }  // namespace
@@ -77,6 +115,11 @@ struct Raycaster::Scene {
   }
   void add_triangles(RTCScene scene, const world::Mesh& mesh) const;
   void add_instance(RTCScene scene, const world::Instance& instance, std::uint32_t id) const;
+  /// Those to look into; null: nothing there.
+  [[nodiscard]] std::array<RTCScene, 2> among(Obstacles obstacles) const {
+    return {obstacles == Obstacles::kFixed ? nullptr : moving.get(),
+            obstacles == Obstacles::kMoving ? nullptr : fixed.get()};
+  }
   [[nodiscard]] Hit hit_of(const Ray& ray, const RTCHit& at, double embree_m) const;
 };
 
@@ -184,9 +227,7 @@ std::optional<Hit> Raycaster::cast(const Ray& ray, Obstacles obstacles) const {
   found.ray = embree_ray(ray);
   found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  RTCScene fixed = obstacles == Obstacles::kMoving ? nullptr : scene_->fixed.get();
-  RTCScene moving = obstacles == Obstacles::kFixed ? nullptr : scene_->moving.get();
-  for (RTCScene scene : {fixed, moving}) {
+  for (RTCScene scene : scene_->among(obstacles)) {
     if (scene != nullptr) {
       RTCIntersectContext context;
       rtcInitIntersectContext(&context);
@@ -199,56 +240,56 @@ std::optional<Hit> Raycaster::cast(const Ray& ray, Obstacles obstacles) const {
   return scene_->hit_of(ray, found.hit, static_cast<double>(found.ray.tfar));
 }
 
-void Raycaster::cast(std::span<const Ray> rays, std::span<std::optional<Hit>> hits) const {
-  constexpr std::size_t kPacket = 4;
-  alignas(16) const int all[kPacket] = {-1, -1, -1, -1};
-  std::size_t first = 0;
-  for (; first + kPacket <= rays.size(); first += kPacket) {
-    alignas(16) RTCRayHit4 found{};
+void Raycaster::cast(std::span<const Ray> rays, std::span<std::optional<Hit>> hits,
+                     Obstacles obstacles) const {
+  for (std::size_t first = 0; first < rays.size(); first += kPacket) {
+    const auto part = rays.subspan(first, std::min(kPacket, rays.size() - first));
+    Packet<RTCRayHit16> packet(part);
     for (std::size_t i = 0; i < kPacket; ++i) {
-      const RTCRay ray = embree_ray(rays[first + i]);
-      found.ray.org_x[i] = ray.org_x;
-      found.ray.org_y[i] = ray.org_y;
-      found.ray.org_z[i] = ray.org_z;
-      found.ray.dir_x[i] = ray.dir_x;
-      found.ray.dir_y[i] = ray.dir_y;
-      found.ray.dir_z[i] = ray.dir_z;
-      found.ray.tfar[i] = ray.tfar;
-      found.ray.mask[i] = ray.mask;
-      found.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-      found.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+      packet.rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+      packet.rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
     }
-    for (RTCScene scene : {scene_->fixed.get(), scene_->moving.get()}) {
+    for (RTCScene scene : scene_->among(obstacles)) {
       if (scene != nullptr) {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-        rtcIntersect4(all, scene, &context, &found);
+        RTCIntersectContext context = coherent();
+        rtcIntersect16(packet.valid.data(), scene, &context, &packet.rays);
       }
     }
-    for (std::size_t i = 0; i < kPacket; ++i) {
-      if (found.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      if (packet.rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
         hits[first + i].reset();
         continue;
       }
       RTCHit hit{};
-      hit.primID = found.hit.primID[i];
-      hit.geomID = found.hit.geomID[i];
-      hit.instID[0] = found.hit.instID[0][i];
-      hits[first + i] =
-          scene_->hit_of(rays[first + i], hit, static_cast<double>(found.ray.tfar[i]));
+      hit.primID = packet.rays.hit.primID[i];
+      hit.instID[0] = packet.rays.hit.instID[0][i];
+      hits[first + i] = scene_->hit_of(part[i], hit, static_cast<double>(packet.rays.ray.tfar[i]));
     }
   }
-  for (; first < rays.size(); ++first) {
-    hits[first] = cast(rays[first]);
+}
+
+void Raycaster::blocked(std::span<const Ray> rays, std::span<std::uint8_t> results,
+                        Obstacles obstacles) const {
+  for (std::size_t first = 0; first < rays.size(); first += kPacket) {
+    const auto part = rays.subspan(first, std::min(kPacket, rays.size() - first));
+    Packet<RTCRay16> packet(part);
+    for (RTCScene scene : scene_->among(obstacles)) {
+      if (scene != nullptr) {
+        RTCIntersectContext context = coherent();
+        rtcOccluded16(packet.valid.data(), scene, &context, &packet.rays);
+      }
+    }
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      results[first + i] = is_blocked(packet.rays.tfar[i]) ? 1 : 0;
+    }
   }
 }
 
 bool Raycaster::blocked(const Ray& ray, Obstacles obstacles) const {
-  const RTCRay cast = embree_ray(ray);
-  return (obstacles != Obstacles::kFixed && scene_->moving &&
-          blocked_in(scene_->moving.get(), cast)) ||
-         (obstacles != Obstacles::kMoving && blocked_in(scene_->fixed.get(), cast));
+  const auto scenes = scene_->among(obstacles);
+  return std::any_of(scenes.begin(), scenes.end(), [&](RTCScene scene) {
+    return scene != nullptr && blocked_in(scene, embree_ray(ray));
+  });
 }
 
 std::array<Eigen::Vector3d, 3> Raycaster::corners(const Hit& hit) const {

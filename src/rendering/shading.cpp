@@ -66,6 +66,7 @@ world::Appearance appearance_of(const Patch& patch) {
 Shading::Shading(const Raycaster& raycaster, Light light, std::uint64_t seed)
     : raycaster_(&raycaster),
       light_(illumination(light)),
+      sun_frame_(frame_of(light_.to_sun)),
       sky_(light_, seed),
       lamps_(raycaster, light_.lamps_lit),
       ambient_(raycaster, light_, sky_) {}
@@ -75,35 +76,21 @@ void Shading::begin_frame(const std::optional<HeadLamps>& head_lamps) {
   ambient_.make_room();
 }
 
-/// The sun is a disc: towards one point of it from each sample. The rest is saved where the first
-/// and the last agree.
-float Shading::sunlit_share(std::span<const Hit> hits) const {
+std::optional<Ray> Shading::to_sun(const Hit& hit, std::size_t sample) const {
+  if (light_.sun <= 0.0 || sun_cosine(hit, light_.to_sun) <= 0.0) {
+    return std::nullopt;
+  }
   constexpr double kRadius = 0.00465;
-  const Eigen::Matrix3d R = frame_of(light_.to_sun);
-  const auto lit = [&](std::size_t i) {
-    constexpr std::array<std::array<double, 2>, 4> kDisc{
-        {{-0.6, -0.3}, {0.3, -0.6}, {-0.3, 0.6}, {0.6, 0.3}}};
-    const Eigen::Vector3d towards =
-        light_.to_sun + kRadius * (kDisc[i % 4][0] * R.col(0) + kDisc[i % 4][1] * R.col(1));
-    Hit from = hits[i];
-    if (from.normal.dot(light_.to_sun) < 0.0) {
-      from.normal = -from.normal;
-    }
-    return raycaster_->blocked({off_surface(from), towards.normalized()}) ? 0 : 1;
-  };
-  const std::size_t n = hits.size();
-  int sum = lit(0);
-  if (n > 1) {
-    sum += lit(n - 1);
+  constexpr std::array<std::array<double, 2>, 4> kDisc{
+      {{-0.6, -0.3}, {0.3, -0.6}, {-0.3, 0.6}, {0.6, 0.3}}};
+  const auto& place = kDisc[sample % kDisc.size()];
+  const Eigen::Vector3d towards =
+      light_.to_sun + kRadius * (place[0] * sun_frame_.col(0) + place[1] * sun_frame_.col(1));
+  Hit from = hit;
+  if (from.normal.dot(light_.to_sun) < 0.0) {  // through a leaf
+    from.normal = -from.normal;
   }
-  if (n <= 2 || sum == 0 || sum == 2) {
-    return sum > 0 ? static_cast<float>(sum) / static_cast<float>(std::min<std::size_t>(n, 2))
-                   : 0.0F;
-  }
-  for (std::size_t i = 1; i + 1 < n; ++i) {
-    sum += lit(i);
-  }
-  return static_cast<float>(sum) / static_cast<float>(n);
+  return Ray{off_surface(from), towards.normalized()};
 }
 
 /// Share of the sky's light that moving vehicles leave: what stands still is in Ambient.
@@ -139,12 +126,9 @@ float Shading::mirrored(const Hit& hit, const Eigen::Vector3d& direction, float 
   const world::Appearance look =
       world::appearance(*seen->surface, seen->instance, seen->uv_m, kBlur_m);
   float irradiance = ambient;
-  if (light_.sun > 0.0) {
-    const double cosine = sun_cosine(*seen, light_.to_sun);
-    if (cosine > 0.0) {
-      irradiance +=
-          static_cast<float>(light_.sun * cosine) * sunlit_share(std::span<const Hit>(&*seen, 1));
-    }
+  const auto sun = to_sun(*seen, 0);
+  if (sun && !raycaster_->blocked(*sun)) {
+    irradiance += static_cast<float>(light_.sun * sun_cosine(*seen, light_.to_sun));
   }
   return look.albedo * irradiance;
 }
@@ -157,11 +141,8 @@ float Shading::radiance(const Patch& patch) {
   const float ambient = around.irradiance * beside_moving(hit);
 
   float irradiance = ambient;
-  if (light_.sun > 0.0) {
-    const double cosine = sun_cosine(hit, light_.to_sun);
-    if (cosine > 0.0) {
-      irradiance += static_cast<float>(light_.sun * cosine) * sunlit_share(patch.hits);
-    }
+  if (patch.sunlit > 0.0F) {
+    irradiance += patch.sunlit * static_cast<float>(light_.sun * sun_cosine(hit, light_.to_sun));
   }
   irradiance += lamps_.irradiance(hit);
   float thrown_back = 0.0F;

@@ -21,6 +21,7 @@ namespace topoloc::rendering {
 struct Patch {
   std::span<const Hit> hits;
   std::span<const Eigen::Vector3d> directions;  ///< of their rays, unit length
+  float sunlit = 0.0F;                          ///< share of the samples that the sun shines on
   double pixel_rad = 0.0;                       ///< angle that a pixel subtends
 };
 
@@ -31,19 +32,22 @@ class Shading {
 
   /// Before each frame.
   void begin_frame(const std::optional<HeadLamps>& head_lamps);
+  /// Ray from a surface to the sun, another point of its disc for each sample; nothing if the
+  /// surface turns away from it, or there is none.
+  [[nodiscard]] std::optional<Ray> to_sun(const Hit& hit, std::size_t sample) const;
   /// Mean radiance of the samples.
   [[nodiscard]] float radiance(const Patch& patch);
   [[nodiscard]] const Sky& sky() const { return sky_; }
   [[nodiscard]] const Illumination& light() const { return light_; }
 
  private:
-  [[nodiscard]] float sunlit_share(std::span<const Hit> hits) const;
   [[nodiscard]] float beside_moving(const Hit& hit) const;
   [[nodiscard]] float mirrored(const Hit& hit, const Eigen::Vector3d& direction,
                                float ambient) const;
 
   const Raycaster* raycaster_;
   Illumination light_;
+  Eigen::Matrix3d sun_frame_;
   Sky sky_;
   Lamps lamps_;
   Ambient ambient_;

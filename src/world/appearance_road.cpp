@@ -83,7 +83,7 @@ float skid(const Spot& s) {
   constexpr float kLong_m = 45.0F;
   constexpr float kWide_m = 3.3F;
   const std::uint32_t key = hash(cell(s.u / kLong_m), cell(s.v / kWide_m), s.seed + 31U);
-  if (unit(key) > 0.3F) {
+  if (unit(key) > (s.p[1] > 0.5F ? 0.08F : 0.2F)) {
     return 0.0F;
   }
   const std::uint32_t more = again(key);
@@ -131,7 +131,7 @@ Appearance asphalt(const Spot& s) {
     nir *= 1.0F - 0.55F * line;
   }
   const float rubber = skid(s);
-  albedo *= 1.0F - 0.45F * rubber;
+  albedo *= 1.0F - 0.33F * rubber;
   nir *= 1.0F - 0.3F * rubber;
   float gloss = 0.02F;
   if (s.p[1] > 0.5F) {

@@ -12,11 +12,11 @@ namespace {
 
 void make_plants(Maker& maker, Random& random) {
   std::uint32_t index = 0;
-  const TreeForm forms[] = {{8.5, 2.8, 0.32, 0.15, 16, 900, 0.19, 8, false},
-                            {11.5, 3.6, 0.28, 0.21, 20, 1200, 0.21, 8, false},
-                            {6.5, 1.9, 0.38, 0.10, 12, 700, 0.16, 7, false},
-                            {13.0, 2.9, 0.25, 0.20, 22, 1100, 0.20, 8, false},
-                            {10.5, 2.4, 0.12, 0.16, 26, 1100, 0.20, 7, true}};
+  const TreeForm forms[] = {{8.5, 2.8, 0.32, 0.14, 26, 2600, 0.105, 8, false},
+                            {11.5, 3.6, 0.28, 0.19, 34, 3600, 0.115, 8, false},
+                            {6.5, 1.9, 0.38, 0.09, 20, 1900, 0.09, 7, false},
+                            {13.0, 2.9, 0.25, 0.18, 36, 3200, 0.11, 8, false},
+                            {10.5, 2.4, 0.12, 0.15, 40, 3000, 0.11, 7, true}};
   for (const TreeForm& form : forms) {
     MeshBuilder builder = maker.prototype(index);
     add_tree(builder, random, form);

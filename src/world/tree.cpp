@@ -55,10 +55,10 @@ void add_tree(MeshBuilder& builder, Random& random, const TreeForm& form) {
         form.conifer ? Point(fork.x(), fork.y(), blob.z() + 0.2)
                      : fork + Point(0.0, 0.0, 0.35 * crown_m * level * random.uniform(0.3, 1.0));
     if (form.sides > 3) {
-      builder.bar(from, blob, 0.3 * form.trunk_radius_m, 0.02, 4, bark);
+      builder.bar(from, blob, 0.2 * form.trunk_radius_m, 0.012, 4, bark);
     }
     const double size_m = form.conifer ? form.radius_m * (0.6 - 0.5 * level) + 0.15
-                                       : form.radius_m * random.uniform(0.32, 0.55);
+                                       : form.radius_m * random.uniform(0.36, 0.6);
     for (int k = 0; k < form.leaves / form.blobs; ++k) {
       const Point out = random_direction(random);
       const double distance = size_m * std::cbrt(random.uniform(0.15, 1.0));

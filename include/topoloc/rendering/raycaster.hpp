@@ -54,10 +54,15 @@ class Raycaster {
 
   [[nodiscard]] std::optional<Hit> cast(const Ray& ray,
                                         Obstacles obstacles = Obstacles::kAll) const;
-  /// The same for rays that leave in much the same direction, a few times faster.
-  void cast(std::span<const Ray> rays, std::span<std::optional<Hit>> hits) const;
+  /// The same for many rays that start close together in much the same direction: sixteen at a
+  /// time, several times faster.
+  void cast(std::span<const Ray> rays, std::span<std::optional<Hit>> hits,
+            Obstacles obstacles = Obstacles::kAll) const;
   /// Whether anything lies on the ray before its `max_m`.
   [[nodiscard]] bool blocked(const Ray& ray, Obstacles obstacles = Obstacles::kAll) const;
+  /// The same for many rays; 1 where blocked.
+  void blocked(std::span<const Ray> rays, std::span<std::uint8_t> results,
+               Obstacles obstacles = Obstacles::kAll) const;
   /// Corners of the triangle that was hit, in the world.
   [[nodiscard]] std::array<Eigen::Vector3d, 3> corners(const Hit& hit) const;
   /// Where the object that was hit stands: the origin of its mesh, in the world.

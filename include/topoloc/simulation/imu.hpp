@@ -11,8 +11,8 @@
 
 namespace topoloc::simulation {
 
-/// An IMU of the class that goes into cars, made up after the data sheet of the Bosch BMI088 (2018:
-/// 160 to 190 ug and 0.014 degrees/s per root Hz). Zero everywhere: an ideal one.
+/// A low-cost MEMS IMU, with noise of the order of the Bosch BMI088's (data sheet
+/// BST-BMI088-DS001). Zero everywhere: an ideal one.
 struct ImuSpec {
   double rate_hz = 100.0;
   estimation::ImuNoise noise{.accel_noise_density = 0.0017,

@@ -3,6 +3,7 @@
 #include "topoloc/simulation/imu.hpp"
 
 #include "topoloc/estimation/propagation.hpp"
+#include "topoloc/world/world.hpp"
 
 #include "unit/simulation/toy_road.hpp"
 
@@ -53,6 +54,21 @@ TEST(Imu, IdealSamplesReproduceTheTrajectoryWithin1cmOver60s) {
     const BodyMotion truth = ego.trajectory.at(60.0).of(mounting());
     EXPECT_LT((x.p_world_imu - truth.T_world_body.p).norm(), 0.01);
     EXPECT_LT((x.v_world_imu - truth.velocity_mps).norm(), 0.002);
+  }
+}
+
+TEST(Imu, IdealSamplesReproduceDrivesThroughMadeWorldsToo) {
+  using world::Scenario;
+  for (const Scenario scenario : {Scenario::kTown, Scenario::kHighway, Scenario::kTunnel}) {
+    SCOPED_TRACE(world::name(scenario));
+    const world::World made = make_world({.scenario = scenario, .seed = 6, .length_m = 1200.0});
+    const Road road = road_of(made);
+    const Ego ego = drive_along(road, {}, 5);
+    const auto count = static_cast<std::size_t>(100.0 * std::min(60.0, ego.duration_s()));
+    const auto samples = sense_motion(ego.trajectory, mounting(), ImuSpec::ideal(), 1);
+    const auto x = integrated(samples, 0, count, ego.trajectory.at(0.0).of(mounting()));
+    const BodyMotion truth = ego.trajectory.at(0.01 * static_cast<double>(count)).of(mounting());
+    EXPECT_LT((x.p_world_imu - truth.T_world_body.p).norm(), 0.01);
   }
 }
 
