@@ -28,7 +28,6 @@ from scenario_suite.plan import Choice, make_plan
 from scenario_suite.rows import TARGETS
 from scenario_suite.steps import file_checksum
 
-
 ROOT = Path(__file__).resolve().parents[2]
 
 
