@@ -88,6 +88,7 @@ MODEL_ROWS = [
         for e in ("aliked-n16", "disk")
         for m in ("lightglue", "mutual")
     ],
+    Row("SIFT, ratio", matching={"extractor": "sift", "matcher": "ratio"}),
 ]
 
 
