@@ -67,7 +67,7 @@ def overlays(results: Results, run: Run) -> list[Html]:
     folder = results.folder / f"maps/map_{run.place}_auto_overlay"
     files = sorted(folder.glob("*.png"))
     step = max(1, -(-len(files) // MOST_OVERLAYS))
-    return [drawing(picture(f, 620), f"node {f.stem}") for f in files[::step]]
+    return [drawing(picture(f, 1000), f.stem.replace("_", " ")) for f in files[::step]]
 
 
 def demo_report(results: Results, command: str) -> str:

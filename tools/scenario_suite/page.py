@@ -37,7 +37,7 @@ td.text, th.text { text-align: left; white-space: normal; min-width: 13rem; }
 tr.group td { font-weight: 600; padding-top: .8rem; border-bottom: none; }
 .good { color: var(--good); font-weight: 600; } .bad { color: var(--bad); font-weight: 600; }
 .near { color: var(--near); font-weight: 600; }
-.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(360px, 1fr)); gap: 1rem; }
+.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(420px, 1fr)); gap: 1rem; }
 figure { margin: .8rem 0; } figure svg { width: 100%; height: auto; max-height: 430px;
   font-family: inherit; } figure img { max-width: 100%; height: auto; display: block; }
 figcaption { color: var(--soft); font-size: .85rem; }

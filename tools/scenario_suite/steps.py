@@ -29,6 +29,7 @@ from demo_start import start_pose
 
 Resolve = Callable[[str], str]
 
+SLOW_S = 3.0
 RUNNING: set[subprocess.Popen[bytes]] = set()  # the programs of steps under way
 
 
@@ -277,7 +278,9 @@ class Runner:
         return not any(self.failed(step.name) for step in steps)
 
     def start(self, step: Step, key: str) -> Outcome:
-        return run_step(step, key, self.book, self.resolve, self.show)
+        # What is quick shows no progress, but its results, which the report has, too.
+        show = self.show and step.seconds >= SLOW_S
+        return run_step(step, key, self.book, self.resolve, show)
 
     def failed(self, name: str) -> bool:
         outcome = self.book.outcomes.get(name)

@@ -123,8 +123,8 @@ def scenario_table(results: Results, scenario: str) -> Html:
 
 def node_table(results: Results) -> Html:
     table = Table(
-        ["map", "nodes", "accepted", "longest gap [m]", "error, median [m]", "worst [m]",
-         "median [mrad]", "lon [m]", "lat [m]", "up [m]", "size [MB]", "build [s]"]
+        ["map: errors of its nodes", "nodes", "accepted", "gap [m]", "median [m]", "worst [m]",
+         "median [mrad]", "lon [m]", "lat [m]", "up [m]", "MB", "build [s]"]
     )  # fmt: skip
     for name, m in results.maps.items():
         _, scenario, seed, kind = name.split("_", 3)
