@@ -3,8 +3,10 @@
 #include "topoloc/world/random.hpp"
 #include "topoloc/world/world.hpp"
 
+#include "world/traffic.hpp"
 #include "world/vehicle_size.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -21,7 +23,8 @@ VehicleSize size_of(const Mesh& mesh) {
   return size;
 }
 
-Visit::Visit(const World& world, const VisitSpec& spec) : world_(&world), spec_(spec) {
+Visit::Visit(const World& world, const VisitSpec& spec)
+    : world_(&world), spec_(spec), travel_s_(travel_times(world)) {
   if (world.car_meshes.empty()) {
     return;
   }
@@ -48,13 +51,6 @@ Visit::Visit(const World& world, const VisitSpec& spec) : world_(&world), spec_(
     parked_.push_back(
         {mesh, place.T_world_place * T_place_car, 1.0F, static_cast<std::uint32_t>(random.next())});
   }
-}
-
-std::vector<Instance> Visit::moving(double time_s, double ego_along_m, double ego_left_m) const {
-  (void)time_s;
-  (void)ego_along_m;
-  (void)ego_left_m;
-  return {};
 }
 
 }  // namespace topoloc::world

@@ -125,6 +125,8 @@ class Visit {
   const World* world_;
   VisitSpec spec_;
   std::vector<Instance> parked_;
+  /// Time that a lane's traffic takes from the route's begin to places along it, by lane.
+  std::vector<std::vector<double>> travel_s_;
 };
 
 }  // namespace topoloc::world
