@@ -18,8 +18,8 @@ struct Laid {
 };
 
 Laid rows(const Spot& s, float long_m, float high_m, float joint_m, std::uint32_t salt) {
-  const float row = std::floor(s.v / high_m);
-  const float shift = 0.5F * long_m * (row - 2.0F * std::floor(0.5F * row));
+  const float row = whole(s.v / high_m);
+  const float shift = 0.5F * long_m * (row - 2.0F * whole(0.5F * row));
   const float u = s.u + shift;
   const std::uint32_t key = hash(cell(u / long_m), cell(s.v / high_m), s.seed + salt);
   const float share = fade(high_m, s.footprint);
@@ -35,7 +35,7 @@ float graffiti(const Spot& s) {
   if (unit(key) > 0.09F || s.v < 0.35F || s.v > 1.9F || s.p[2] < 0.0F) {
     return 0.0F;
   }
-  const float x = s.u - std::floor(s.u / kPiece_m) * kPiece_m - 0.3F;
+  const float x = s.u - whole(s.u / kPiece_m) * kPiece_m - 0.3F;
   const float slant = 0.25F * (s.v - 0.9F);
   return lettering((x - slant) / 0.9F, (s.v - 0.6F) / 0.9F, s.footprint / 0.9F, again(key), 3);
 }

@@ -113,8 +113,8 @@ Appearance shop_front(const Spot& s) {
   const std::uint32_t key = hash(s.seed, 1U, 71U);
   const float size = 0.16F + 0.3F * unit(key);
   const std::uint32_t thing = hash(cell(s.u / size), cell(s.v / size), s.seed);
-  const float x = s.u / size - std::floor(s.u / size);
-  const float y = s.v / size - std::floor(s.v / size);
+  const float x = s.u / size - whole(s.u / size);
+  const float y = s.v / size - whole(s.v / size);
   const float f = s.footprint / size;
   float inside = 0.06F;
   if (s.v < 0.68F * h) {

@@ -12,7 +12,7 @@ using namespace noise;
 // p: 1 for blades, 0 for land seen from above; share of bare earth.
 Appearance grass(const Spot& s) {
   if (s.p[0] > 0.5F) {
-    const float blade = value(s.u / 0.4F, s.v / 0.4F, s.seed + s.instance) - 0.5F;
+    const float blade = octave(s.u, s.v, 0.4F, s.seed + s.instance, s.footprint);
     return {0.13F + 0.14F * blade, 0.48F + 0.2F * blade, 0.0F, 0.0F, 0.0F};
   }
   const float fine = 0.7F * octave(s.u, s.v, 0.03F, s.seed, s.footprint) +
@@ -46,8 +46,9 @@ Appearance ground(const Spot& s) {
 // p: how light the leaf is.
 Appearance foliage(const Spot& s) {
   const std::uint32_t seed = s.seed + s.instance * 7U;
-  const float relief = 0.9F * octave(s.u, s.v, 0.05F, seed, s.footprint) +
-                       0.9F * (value(s.u, s.v, seed + 1U) - 0.5F);  // one leaf from the other
+  const float relief =
+      0.9F * octave(s.u, s.v, 0.05F, seed, s.footprint) +
+      0.9F * octave(s.u, s.v, 1.0F, seed + 1U, s.footprint);  // one leaf and another
   const float kind = 0.7F + 0.6F * unit(s.instance);
   return {(0.07F + 0.06F * s.p[0]) * kind * (1.0F + relief),
           0.44F * (1.0F + 0.35F * relief) + 0.1F * (unit(again(seed)) - 0.5F), 0.0F, 0.0F, 0.03F};

@@ -26,8 +26,8 @@ Laid patch(const Spot& s, float share) {
     return result;
   }
   const std::uint32_t more = again(key);
-  const float x = s.u - std::floor(s.u / kLong_m) * kLong_m;
-  const float y = s.v - std::floor(s.v / kWide_m) * kWide_m;
+  const float x = s.u - whole(s.u / kLong_m) * kLong_m;
+  const float y = s.v - whole(s.v / kWide_m) * kWide_m;
   const float x0 = 0.2F + 2.5F * unit(more);
   const float x1 = kLong_m - 0.2F - 4.0F * unit(again(more));
   const float y0 = 0.1F + 0.9F * unit(more + 1U);
@@ -52,8 +52,8 @@ Laid cover(const Spot& s) {
     return result;
   }
   const std::uint32_t more = again(key);
-  const float x = s.u - std::floor(s.u / kLong_m) * kLong_m - (1.0F + 7.0F * unit(more));
-  const float y = s.v - std::floor(s.v / kWide_m) * kWide_m - (0.5F + 1.2F * unit(more + 1U));
+  const float x = s.u - whole(s.u / kLong_m) * kLong_m - (1.0F + 7.0F * unit(more));
+  const float y = s.v - whole(s.v / kWide_m) * kWide_m - (0.5F + 1.2F * unit(more + 1U));
   const float radius = unit(more + 2U) < 0.6F ? 0.32F : 0.13F;
   const float r = std::sqrt(x * x + y * y);
   if (r > radius + 0.1F + s.footprint) {
@@ -87,11 +87,11 @@ float skid(const Spot& s) {
     return 0.0F;
   }
   const std::uint32_t more = again(key);
-  const float x = s.u - std::floor(s.u / kLong_m) * kLong_m;
+  const float x = s.u - whole(s.u / kLong_m) * kLong_m;
   const float begin = 3.0F + 15.0F * unit(more);
   const float end = begin + 5.0F + 18.0F * unit(more + 1U);
   const float drift = 0.012F * (unit(more + 2U) - 0.5F) * (x - begin);
-  const float y = s.v - std::floor(s.v / kWide_m) * kWide_m - 0.3F - 0.8F * unit(more + 3U) - drift;
+  const float y = s.v - whole(s.v / kWide_m) * kWide_m - 0.3F - 0.8F * unit(more + 3U) - drift;
   const float tyres = band(y, 0.0F, 0.17F, s.footprint) + band(y, 1.45F, 1.62F, s.footprint);
   return tyres * ramp(x, begin, begin + 4.0F) * (1.0F - ramp(x, end - 1.0F, end));
 }
@@ -120,13 +120,17 @@ Appearance asphalt(const Spot& s) {
   const float field = value(s.u / 9.0F, s.v / 4.0F, s.seed + 6U);
   const float cracked = ramp(field, 0.85F - 0.4F * age, 1.0F - 0.35F * age);
   if (cracked > 0.0F) {
-    const float line = cracked * crack(s.u, s.v, 0.7F, 0.011F, s.seed + 7U, s.footprint);
+    // Jagged, not like contour lines: the place is shaken first.
+    const float shake = 0.3F * (value(s.u / 0.13F, s.v / 0.13F, s.seed + 12U) - 0.5F);
+    const float line =
+        cracked * crack(s.u + shake, s.v - shake, 0.7F, 0.011F, s.seed + 7U, s.footprint);
     albedo *= 1.0F - 0.65F * line;
     nir *= 1.0F - 0.5F * line;
   }
   const float sealed = ramp(value(s.u / 21.0F, s.v / 6.0F, s.seed + 8U), 0.62F, 0.68F);
   if (sealed > 0.0F) {
-    const float line = sealed * crack(s.u, s.v * 2.2F, 3.1F, 0.05F, s.seed + 9U, s.footprint);
+    const float line =
+        sealed * crack(s.u * 0.3F, s.v * 1.3F, 2.3F, 0.05F, s.seed + 9U, s.footprint);
     albedo *= 1.0F - 0.6F * line;
     nir *= 1.0F - 0.55F * line;
   }
@@ -180,9 +184,8 @@ Appearance pavement(const Spot& s) {
   const bool slabs = s.p[0] < 0.5F;
   const float long_m = slabs ? 0.5F : 0.2F;
   const float wide_m = slabs ? 0.5F : 0.1F;
-  const float row = std::floor(s.v / wide_m);
-  const float shifted =
-      s.u + (slabs ? 0.0F : 0.5F * long_m * (row - 2.0F * std::floor(row / 2.0F)));
+  const float row = whole(s.v / wide_m);
+  const float shifted = s.u + (slabs ? 0.0F : 0.5F * long_m * (row - 2.0F * whole(row / 2.0F)));
   const float joint = std::min(1.0F, repeated(shifted, long_m, 0.01F, s.footprint) +
                                          repeated(s.v, wide_m, 0.01F, s.footprint));
   const std::uint32_t key = hash(cell(shifted / long_m), cell(s.v / wide_m), s.seed + 4U);

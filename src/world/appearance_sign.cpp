@@ -42,7 +42,7 @@ float lettering(float x, float y, float footprint, std::uint32_t seed, int lette
   if (y < -0.2F || y > 1.2F || x < -0.1F || x > kPitch * static_cast<float>(letters)) {
     return 0.0F;
   }
-  const float place = std::floor(x / kPitch);
+  const float place = whole(x / kPitch);
   const std::uint32_t key = hash(cell(x / kPitch), 5U, seed);
   const float inked = letter(x - place * kPitch, y, footprint, key);
   constexpr float kMeanInk = 0.3F;
@@ -54,7 +54,7 @@ namespace {
 
 float text_lines(const Spot& s, float margin_m, float height_m, float gap_m, int lines) {
   const float v = s.v - margin_m;
-  const int line = static_cast<int>(std::floor(v / (height_m + gap_m)));
+  const int line = static_cast<int>(whole(v / (height_m + gap_m)));
   if (line < 0 || line >= lines) {
     return 0.0F;
   }

@@ -33,8 +33,8 @@ Appearance concrete(const Spot& s) {
     const float panel = unit(cell(s.u / 2.4F), cell(s.v / 1.2F), s.seed + 3U) - 0.5F;
     relief += 0.16F * panel * fade(1.2F, s.footprint);
     // Holes of the formwork's ties.
-    const float tx = s.u - 0.6F - std::floor((s.u - 0.6F) / 1.2F + 0.5F) * 1.2F;
-    const float ty = s.v - 0.3F - std::floor((s.v - 0.3F) / 0.6F + 0.5F) * 0.6F;
+    const float tx = s.u - 0.6F - whole((s.u - 0.6F) / 1.2F + 0.5F) * 1.2F;
+    const float ty = s.v - 0.3F - whole((s.v - 0.3F) / 0.6F + 0.5F) * 0.6F;
     const float hole =
         band(std::sqrt(tx * tx + ty * ty), -1.0F, 0.025F, s.footprint) * fade(0.06F, s.footprint);
     dark = std::max(0.55F * joint, 0.7F * hole);
@@ -58,8 +58,8 @@ Appearance concrete(const Spot& s) {
 // one from the other, and little.
 Appearance tunnel_wall(const Spot& s) {
   const float tone = s.p[2];
-  const float x = s.u - std::floor(s.u / s.p[0]) * s.p[0];
-  const float y = s.v - std::floor(s.v / s.p[1]) * s.p[1];
+  const float x = s.u - whole(s.u / s.p[0]) * s.p[0];
+  const float y = s.v - whole(s.v / s.p[1]) * s.p[1];
   const float joint = std::min(1.0F, repeated(s.u, s.p[0], 0.018F, s.footprint) +
                                          repeated(s.v, s.p[1], 0.018F, s.footprint));
   const auto bolt_at = [&](float bx, float by) {
@@ -80,8 +80,8 @@ Appearance tunnel_wall(const Spot& s) {
                        (0.6F + 0.8F * octave(s.u, s.v, 0.5F, s.seed + 3U, s.footprint));
   const float scratch =
       ramp(value(s.u / 23.0F, 0.5F, s.seed + 4U), 0.75F, 0.8F) *
-      band(s.v, 0.8F + 0.004F * s.u - 0.004F * 23.0F * std::floor(s.u / 23.0F),
-           0.86F + 0.004F * s.u - 0.004F * 23.0F * std::floor(s.u / 23.0F), s.footprint);
+      band(s.v, 0.8F + 0.004F * s.u - 0.004F * 23.0F * whole(s.u / 23.0F),
+           0.86F + 0.004F * s.u - 0.004F * 23.0F * whole(s.u / 23.0F), s.footprint);
   const float stripe = s.p[3] > 0.0F ? band(s.v, s.p[3], s.p[3] + 0.25F, s.footprint) : 0.0F;
   const float relief = soot - splash;
   float albedo = tone * (1.0F + relief) * (1.0F - 0.65F * joint) * (1.0F - 0.5F * bolts);
@@ -118,8 +118,8 @@ Appearance fence(const Spot& s) {
   } else if (kind == 3) {
     const std::uint32_t key = hash(cell(s.u / 0.22F), cell(s.v / 0.18F), seed + 3U);
     if (unit(key) < 0.22F) {
-      const float x = s.u / 0.22F - std::floor(s.u / 0.22F);
-      const float y = s.v / 0.18F - std::floor(s.v / 0.18F);
+      const float x = s.u / 0.22F - whole(s.u / 0.22F);
+      const float y = s.v / 0.18F - whole(s.v / 0.18F);
       const float share =
           band(x, 0.15F, 0.8F, s.footprint / 0.22F) * band(y, 0.2F, 0.85F, s.footprint / 0.18F);
       const float ink = letter((x - 0.2F) * 1.1F, (y - 0.25F) * 1.9F, s.footprint * 8.0F, key);
@@ -138,7 +138,8 @@ Appearance guard_rail(const Spot& s) {
                        0.25F * octave(s.u, s.v, 2.2F, s.seed + 2U, s.footprint);
   // Rails overlap every 4 m.
   const float joint = repeated(s.u, 4.0F, 0.02F, s.footprint);
-  const float rust = ramp(value(s.u / 1.9F, s.v / 0.2F, s.seed + 3U), 0.8F, 0.9F);
+  const float rust = mix(0.08F, ramp(value(s.u / 1.9F, s.v / 0.2F, s.seed + 3U), 0.8F, 0.9F),
+                         fade(0.4F, s.footprint));
   return {0.42F * (1.0F + relief) * (1.0F - 0.5F * joint) * (1.0F - 0.45F * rust),
           0.45F * (1.0F + 0.4F * relief) * (1.0F - 0.4F * joint), 0.02F, 0.0F, 0.1F};
 }

@@ -71,6 +71,13 @@ void add_row_things(Maker& maker, const Section& section, bool right) {
                   upright_at(maker.world.route.point(s, kerb + sign * 0.25, profile.kerb_m),
                              random.uniform(0.0, 6.28)),
                   random.next(), random.uniform(0.75, 1.0));
+        for (int i = 0; i < 3; ++i) {
+          const double at = s + random.uniform(-4.0, 4.0);
+          const double left = sign * (profile.edge(right) - random.uniform(0.15, 0.6));
+          maker.put(maker.prototypes.litter,
+                    maker.upright(at, left, maker.world.bump_m(at, left) + 0.015), random.next(),
+                    random.uniform(0.7, 1.3));
+        }
       }
     } else if (s > next_sign) {
       next_sign = s + random.uniform(16.0, 42.0);
@@ -108,6 +115,60 @@ void add_row_things(Maker& maker, const Section& section, bool right) {
             }
           }
       }
+    }
+  }
+}
+
+// Grates in the gutter.
+void add_drains(Maker& maker, const Section& section, bool right) {
+  constexpr double kEvery_m = 22.0;
+  constexpr double kLift_m = 0.01;
+  MeshBuilder builder = maker.unique();
+  Random random(maker.draw(0xD2A1, section.seed + (right ? 3 : 4)));
+  const double sign = right ? -1.0 : 1.0;
+  const std::uint32_t frame = builder.surface(Material::kPole, 601, {0.13F});
+  const std::uint32_t hole = builder.surface(Material::kPole, 602, {0.02F});
+  for (double s = maker.begin_m(section) + 4.0; s < maker.end_m(section);
+       s += kEvery_m * random.uniform(0.8, 1.2)) {
+    if (!clear(maker, s, right)) {
+      continue;
+    }
+    const double left = sign * (maker.profile(s).edge(right) - 0.3);
+    builder.set_frame(maker.upright(s, left, maker.world.bump_m(s, left) + kLift_m));
+    builder.quad(Point(-0.25, -0.2, 0.0), Point(0.5, 0.0, 0.0), Point(0.0, 0.4, 0.0), frame);
+    for (int i = 0; i < 6; ++i) {
+      builder.quad(Point(-0.2 + 0.068 * i, -0.15, 0.004), Point(0.035, 0.0, 0.0),
+                   Point(0.0, 0.3, 0.0), hole);
+    }
+  }
+}
+
+// Chevrons on the outside of sharp bends.
+void add_bend_boards(Maker& maker, const Section& section) {
+  constexpr double kSharp_1pm = 0.03;
+  MeshBuilder builder = maker.unique();
+  for (double s = maker.begin_m(section); s < maker.end_m(section); s += 7.0) {
+    const double curvature = maker.world.route.curvature_1pm(s);
+    if (std::abs(curvature) < kSharp_1pm) {
+      continue;
+    }
+    const bool right = curvature > 0.0;  // turns left: they stand on the right
+    if (!clear(maker, s, right)) {
+      continue;
+    }
+    const double sign = right ? -1.0 : 1.0;
+    const Profile profile = maker.profile(s);
+    // Turned towards who comes from before the bend.
+    const RigidTransform T = maker.upright(s - 6.0, 0.0);
+    RigidTransform board =
+        maker.upright(s, sign * (profile.edge(right) + profile.footway_m - 0.3), profile.kerb_m);
+    board.R = T.R;
+    builder.set_frame(board);
+    const std::uint32_t face = builder.surface(Material::kSign, 611, {1.5F, 0.5F, 6.0F, 1.0F});
+    const std::uint32_t pole = builder.surface(Material::kPole, 612, {0.35F});
+    builder.quad(Point(0.0, 0.75, 0.75), Point(0.0, -1.5, 0.0), Point(0.0, 0.0, 0.5), face);
+    for (const double y : {-0.6, 0.6}) {
+      builder.bar(Point(0.04, y, -0.2), Point(0.04, y, 1.3), 0.03, 0.03, 6, pole);
     }
   }
 }
@@ -154,6 +215,9 @@ void make_footway_things(Maker& maker, const Section& section) {
   add_row_things(maker, section, true);
   add_row_things(maker, section, false);
   add_crossing_things(maker, section);
+  add_drains(maker, section, true);
+  add_drains(maker, section, false);
+  add_bend_boards(maker, section);
 }
 
 }  // namespace topoloc::world

@@ -12,20 +12,20 @@ namespace {
 
 void make_plants(Maker& maker, Random& random) {
   std::uint32_t index = 0;
-  const TreeForm forms[] = {{8.5, 2.8, 0.32, 0.14, 26, 2600, 0.105, 8, false},
-                            {11.5, 3.6, 0.28, 0.19, 34, 3600, 0.115, 8, false},
-                            {6.5, 1.9, 0.38, 0.09, 20, 1900, 0.09, 7, false},
-                            {13.0, 2.9, 0.25, 0.18, 36, 3200, 0.11, 8, false},
-                            {10.5, 2.4, 0.12, 0.15, 40, 3000, 0.11, 7, true}};
+  const TreeForm forms[] = {{8.5, 2.8, 0.32, 0.14, 30, 3000, 0.16, 8, false},
+                            {11.5, 3.6, 0.28, 0.19, 38, 4200, 0.18, 8, false},
+                            {6.5, 1.9, 0.38, 0.09, 22, 2100, 0.13, 7, false},
+                            {13.0, 2.9, 0.25, 0.18, 40, 3600, 0.17, 8, false},
+                            {10.5, 2.4, 0.12, 0.15, 44, 3200, 0.16, 7, true}};
   for (const TreeForm& form : forms) {
     MeshBuilder builder = maker.prototype(index);
     add_tree(builder, random, form);
     maker.prototypes.trees.push_back(index);
   }
-  const TreeForm far_forms[] = {{12.0, 4.0, 0.2, 0.2, 12, 220, 0.6, 3, false},
-                                {15.0, 4.2, 0.18, 0.2, 14, 260, 0.65, 3, false},
-                                {16.0, 2.8, 0.08, 0.2, 16, 240, 0.55, 3, true},
-                                {9.0, 4.4, 0.1, 0.2, 10, 200, 0.6, 3, false}};
+  const TreeForm far_forms[] = {{12.0, 4.0, 0.2, 0.2, 16, 520, 0.5, 3, false},
+                                {15.0, 4.2, 0.18, 0.2, 18, 600, 0.52, 3, false},
+                                {16.0, 2.8, 0.08, 0.2, 22, 560, 0.42, 3, true},
+                                {9.0, 4.4, 0.1, 0.2, 14, 480, 0.5, 3, false}};
   for (const TreeForm& form : far_forms) {
     MeshBuilder builder = maker.prototype(index);
     add_tree(builder, random, form);
@@ -40,6 +40,10 @@ void make_plants(Maker& maker, Random& random) {
     MeshBuilder builder = maker.prototype(index);
     add_tuft(builder, random, random.uniform(0.3, 0.8), random.uniform(0.18, 0.5), 70);
     maker.prototypes.tufts.push_back(index);
+  }
+  {
+    MeshBuilder builder = maker.prototype(maker.prototypes.litter);
+    add_litter(builder, random, 1.3, 90);
   }
   MeshBuilder builder = maker.prototype(maker.prototypes.hedge);
   add_hedge(builder, random, 2.0, 1.15);

@@ -30,6 +30,8 @@ inline std::int32_t floor_int(float x) {
   const auto i = static_cast<std::int32_t>(x);
   return i - static_cast<std::int32_t>(x < static_cast<float>(i));
 }
+/// std::floor, without a call into the mathematics library on older machines.
+inline float whole(float x) { return static_cast<float>(floor_int(x)); }
 inline std::uint32_t cell(float x) { return static_cast<std::uint32_t>(floor_int(x)); }
 
 inline float mix(float a, float b, float share) { return a + (b - a) * share; }
@@ -74,7 +76,7 @@ inline float band(float x, float low, float high, float footprint) {
 inline float repeated(float x, float period, float width, float footprint) {
   const float half = 0.5F * std::max(footprint, 1e-4F);
   const auto integral = [&](float t) {
-    const float n = std::floor(t / period);
+    const auto n = static_cast<float>(floor_int(t / period));
     return n * width + std::min(t - n * period, width);
   };
   return clamp01((integral(x + half) - integral(x - half)) / (2.0F * half));

@@ -29,6 +29,8 @@ void add_tree(MeshBuilder& builder, Random& random, const TreeForm& form);
 void add_bush(MeshBuilder& builder, Random& random, double radius_m, double height_m, int leaves);
 /// Along x, about the origin.
 void add_hedge(MeshBuilder& builder, Random& random, double length_m, double height_m);
+/// Leaves on the ground, drifted along x.
+void add_litter(MeshBuilder& builder, Random& random, double radius_m, int leaves);
 void add_tuft(MeshBuilder& builder, Random& random, double radius_m, double height_m, int blades);
 
 }  // namespace topoloc::world

@@ -104,7 +104,7 @@ void add_hill(Maker& maker, const Section& section) {
     const double s = random.chance(0.5) ? section.begin_m + from_end : section.end_m - from_end;
     const double y = random.uniform(-0.9, 0.9) * kHillHalf_m;
     const bool bush = random.chance(0.5);
-    const auto& meshes = bush ? maker.prototypes.bushes : maker.prototypes.woods;
+    const auto& meshes = bush ? maker.prototypes.bushes : maker.prototypes.trees;
     maker.put(
         meshes[static_cast<std::size_t>(random.below(static_cast<int>(meshes.size())))],
         upright_at(maker.world.route.point(s, y, height(s, y) - 0.5), random.uniform(0.0, 6.28)),

@@ -38,7 +38,8 @@ struct Lot {
 };
 
 // From one point of a footway's back to another.
-Lot lot_between(const Point& from, const Point& to, bool mirrored, double setback_m) {
+Lot lot_between(const Point& from, const Point& middle, const Point& to, bool mirrored,
+                double setback_m) {
   Lot lot;
   Point x = to - from;
   x.z() = 0.0;
@@ -48,15 +49,21 @@ Lot lot_between(const Point& from, const Point& to, bool mirrored, double setbac
   lot.frame.R.col(0) = x;
   lot.frame.R.col(1) = y;
   lot.frame.R.col(2) = Point::UnitZ();
-  lot.frame.p = from + setback_m * y;
+  // On the outside of a bend the footway bulges over the line between two of its points.
+  const double bulge_m = std::max(0.0, (middle - 0.5 * (from + to)).dot(y));
+  lot.frame.p = from + (setback_m + bulge_m) * y;
   lot.frame.p.z() = std::max(from.z(), to.z()) + 0.03;
   return lot;
 }
 
-bool take(Maker& maker, const Lot& lot, double from_x, double width_m, double depth_m) {
+bool take(Maker& maker, const Lot& lot, double from_x, double width_m, double depth_m,
+          double setback_m) {
+  // The site's cells are coarse: those of the footway reach over its edge.
+  constexpr double kCells_m = 0.85;
+  const double inset_m = std::max(0.12, kCells_m - setback_m);
   const Eigen::Vector2d x = lot.frame.R.col(0).head<2>();
   const Eigen::Vector2d y = lot.frame.R.col(1).head<2>();
-  const Eigen::Vector2d corner = lot.frame.p.head<2>() + from_x * x + 0.12 * y;
+  const Eigen::Vector2d corner = lot.frame.p.head<2>() + from_x * x + inset_m * y;
   if (!maker.site.free(corner, width_m * x, depth_m * y)) {
     return false;
   }
@@ -164,13 +171,13 @@ void build_row(Maker& maker, const Row& row, std::uint64_t seed) {
       s += 1.5;
       continue;
     }
-    const Lot lot =
-        lot_between(row.back(s), row.back(s + width_m), row.mirrored, district.setback_m);
+    const Lot lot = lot_between(row.back(s), row.back(s + 0.5 * width_m), row.back(s + width_m),
+                                row.mirrored, district.setback_m);
     HouseForm form = house_form(random, district, lot.width_m);
     form.plain = row.plain;
     bool taken = false;
     for (const double depth_m : {form.depth_m, 6.5}) {
-      if (!taken && take(maker, lot, 0.05, lot.width_m - 0.1, depth_m)) {
+      if (!taken && take(maker, lot, 0.35, lot.width_m - 0.7, depth_m, district.setback_m)) {
         form.depth_m = depth_m;
         taken = true;
       }

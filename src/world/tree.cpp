@@ -23,7 +23,7 @@ void add_leaf(MeshBuilder& builder, Random& random, const Point& middle, double 
               std::uint32_t surface) {
   const Point normal = random_direction(random);
   const Point x = normal.unitOrthogonal() * size_m;
-  const Point y = normal.cross(x) * random.uniform(0.5, 0.9);
+  const Point y = normal.cross(x) * random.uniform(0.7, 1.1);
   // A kite: less like a tile than a rectangle, for the same two triangles.
   builder.corners(middle - x, middle - 0.5 * y, middle + x, middle + 0.5 * y, surface,
                   Uv(random.uniform(0.0, 20.0), random.uniform(0.0, 20.0)));
@@ -106,6 +106,23 @@ void add_hedge(MeshBuilder& builder, Random& random, double length_m, double hei
       at.z() = height_m + random.uniform(-0.05, 0.06);
     }
     add_leaf(builder, random, at, random.uniform(0.05, 0.11), foliage);
+  }
+}
+
+void add_litter(MeshBuilder& builder, Random& random, double radius_m, int leaves) {
+  const std::uint32_t foliage[] = {
+      builder.surface(Material::kFoliage, static_cast<std::uint32_t>(random.next()), {0.8F}),
+      builder.surface(Material::kBark, static_cast<std::uint32_t>(random.next()))};
+  for (int k = 0; k < leaves; ++k) {
+    const double angle = random.uniform(0.0, 2.0 * std::numbers::pi);
+    const double distance = radius_m * random.uniform();
+    const Point at(distance * std::cos(angle), 0.45 * distance * std::sin(angle), 0.0);
+    const double turn = random.uniform(0.0, 2.0 * std::numbers::pi);
+    const double size = random.uniform(0.02, 0.05);
+    const Point x(size * std::cos(turn), size * std::sin(turn), 0.3 * size);
+    const Point y(-size * std::sin(turn), size * std::cos(turn), 0.0);
+    builder.corners(at - x, at - 0.6 * y, at + x, at + 0.6 * y, foliage[random.below(2)],
+                    Uv(random.uniform(0.0, 9.0), random.uniform(0.0, 9.0)));
   }
 }
 

@@ -98,7 +98,7 @@ void plant_side(Maker& maker, double begin_m, double end_m, bool right) {
     }
     if (random.chance(thicket > 0.55 ? 0.16 : 0.018)) {
       const double out = random.uniform(10.0, 36.0);
-      maker.put(any(out < 20.0 ? maker.prototypes.trees : maker.prototypes.woods),
+      maker.put(any(maker.prototypes.trees),
                 upright_at(place(s, out, 0.2), random.uniform(0.0, 6.28)), random.next(),
                 random.uniform(0.6, 1.15));
     }

@@ -25,6 +25,7 @@ struct Prototypes {
   std::vector<std::uint32_t> woods;   ///< trees of few triangles, for the distance
   std::vector<std::uint32_t> bushes;  ///< 1 to 2 m
   std::vector<std::uint32_t> tufts;   ///< grass and herbs on verges
+  std::uint32_t litter = 0;           ///< fallen leaves
   std::uint32_t hedge = 0;            ///< 2 m of it, 1 m high
   std::uint32_t street_lamp = 0;      ///< arm along +y
   std::uint32_t highway_lamp = 0;

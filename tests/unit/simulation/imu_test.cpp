@@ -61,7 +61,8 @@ TEST(Imu, IdealSamplesReproduceDrivesThroughMadeWorldsToo) {
   using world::Scenario;
   for (const Scenario scenario : {Scenario::kTown, Scenario::kHighway, Scenario::kTunnel}) {
     SCOPED_TRACE(world::name(scenario));
-    const world::World made = make_world({.scenario = scenario, .seed = 6, .length_m = 1200.0});
+    const world::World made =
+        world::make_world({.scenario = scenario, .seed = 6, .length_m = 1200.0});
     const Road road = road_of(made);
     const Ego ego = drive_along(road, {}, 5);
     const auto count = static_cast<std::size_t>(100.0 * std::min(60.0, ego.duration_s()));
