@@ -127,10 +127,10 @@ Appearance asphalt(const Spot& s) {
     albedo *= 1.0F - 0.65F * line;
     nir *= 1.0F - 0.5F * line;
   }
-  const float sealed = ramp(value(s.u / 21.0F, s.v / 6.0F, s.seed + 8U), 0.62F, 0.68F);
+  const float sealed = ramp(value(s.u / 21.0F, s.v / 6.0F, s.seed + 8U), 0.68F, 0.72F);
   if (sealed > 0.0F) {
     const float line =
-        sealed * crack(s.u * 0.3F, s.v * 1.3F, 2.3F, 0.05F, s.seed + 9U, s.footprint);
+        sealed * crack(s.u * 0.35F, s.v * 1.2F, 1.7F, 0.02F, s.seed + 9U, 0.6F * s.footprint);
     albedo *= 1.0F - 0.6F * line;
     nir *= 1.0F - 0.55F * line;
   }

@@ -28,13 +28,6 @@ struct Stream {
 };
 Stream stream_of(std::size_t index) { return {index < kSlots, static_cast<int>(index % kSlots)}; }
 
-double speed_at(const World& world, const Stream& stream, double along_m) {
-  constexpr double kPerLane_mps = 4.5;
-  const Section& section = section_at(world.sections, along_m);
-  const bool first = stream.right && stream.slot == 0;
-  return section.limit_mps * (first ? 0.85 : 0.95) + kPerLane_mps * stream.slot;
-}
-
 bool open_at(const World& world, const Stream& stream, double along_m) {
   constexpr double kMargin_m = 12.0;
   const auto slot = static_cast<std::size_t>(stream.slot);
@@ -134,7 +127,8 @@ std::vector<std::vector<double>> travel_times(const World& world) {
     double time_s = 0.0;
     for (double s = -kBefore_m; s < world.route.length_m() + kBefore_m; s += kPlace_m) {
       result[i].push_back(time_s);
-      time_s += kPlace_m / speed_at(world, stream_of(i), s);
+      const Stream stream = stream_of(i);
+      time_s += kPlace_m / lane_speed_mps(section_at(world.sections, s), stream.right, stream.slot);
     }
   }
   return result;
