@@ -33,9 +33,9 @@ bool room_for_side_street(const Maker& maker, double s) {
 
 // Places along a kerb where nothing else is.
 void add_parking(Maker& maker, const Section& section) {
-  constexpr double kPlace_m = 6.0;
+  constexpr double kKerbPlace_m = 6.0;
   for (const bool right : {true, false}) {
-    for (double s = maker.begin_m(section) + 3.0; s < maker.end_m(section); s += kPlace_m) {
+    for (double s = maker.begin_m(section) + 3.0; s < maker.end_m(section); s += kKerbPlace_m) {
       const Profile profile = maker.profile(s);
       const bool crossing = std::any_of(maker.crossings.begin(), maker.crossings.end(),
                                         [&](double c) { return std::abs(c - s) < 7.5; });
@@ -51,7 +51,7 @@ void add_parking(Maker& maker, const Section& section) {
         T.R.col(0) *= -1.0;
         T.R.col(1) *= -1.0;
       }
-      maker.world.parking.push_back({T, kPlace_m});
+      maker.world.parking.push_back({T, kKerbPlace_m});
     }
   }
 }

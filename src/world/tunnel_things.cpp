@@ -7,7 +7,7 @@
 namespace topoloc::world {
 namespace {
 
-constexpr double kLampEvery_m = 9.0;
+constexpr double kTunnelLampEvery_m = 9.0;
 constexpr double kEscapeEvery_m = 25.0;
 constexpr double kNicheEvery_m = 75.0;
 constexpr double kFanEvery_m = 90.0;
@@ -18,7 +18,7 @@ void add_lamps(Maker& maker, const Section& section) {
   MeshBuilder builder = maker.unique();
   const std::uint32_t housing = builder.surface(Material::kPole, 901, {0.4F});
   const std::uint32_t light = builder.surface(Material::kLamp, 902, {3.0F, 1.0F});
-  for (double s = section.begin_m + 3.0; s < section.end_m; s += kLampEvery_m) {
+  for (double s = section.begin_m + 3.0; s < section.end_m; s += kTunnelLampEvery_m) {
     const Bore bore = bore_at(maker, s);
     for (const double y : {bore.right_m + 1.75, bore.left_m - 1.75}) {
       const double z = bore.roof_m - 0.25;
