@@ -72,9 +72,10 @@ template <typename Rays>
 struct Packet {
   explicit Packet(std::span<const Ray> from) {
     RTCRay16& to = rays_of(rays);
-    for (std::size_t i = 0; i < from.size(); ++i) {
-      const RTCRay ray = embree_ray(from[i]);
-      valid[i] = -1;
+    for (std::size_t i = 0; i < kPacket && !from.empty(); ++i) {
+      // Empty places hold a ray too: Embree's bounds of all rays must be finite.
+      const RTCRay ray = embree_ray(from[std::min(i, from.size() - 1)]);
+      valid[i] = i < from.size() ? -1 : 0;
       to.org_x[i] = ray.org_x;
       to.org_y[i] = ray.org_y;
       to.org_z[i] = ray.org_z;
@@ -92,7 +93,7 @@ struct Packet {
 RTCIntersectContext coherent() {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
   return context;
 }
 
