@@ -89,8 +89,8 @@ struct Packet {
   alignas(64) Rays rays{};
 };
 
-/// Rays of one packet may start anywhere and go anywhere: as "coherent" ones, Embree 3 goes over them
-/// without end.
+/// Rays of one packet may start anywhere and go anywhere: as "coherent" ones, Embree 3 goes over
+/// them without end.
 RTCIntersectContext of_any_rays() {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
