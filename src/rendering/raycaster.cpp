@@ -90,7 +90,9 @@ struct Packet {
   alignas(64) Rays rays{};
 };
 
-RTCIntersectContext coherent() {
+/// Rays of one packet may start anywhere and go anywhere: as "coherent" ones, Embree 3 goes over
+/// them without end.
+RTCIntersectContext of_any_rays() {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
@@ -252,7 +254,7 @@ void Raycaster::cast(std::span<const Ray> rays, std::span<std::optional<Hit>> hi
     }
     for (RTCScene scene : scene_->among(obstacles)) {
       if (scene != nullptr) {
-        RTCIntersectContext context = coherent();
+        RTCIntersectContext context = of_any_rays();
         rtcIntersect16(packet.valid.data(), scene, &context, &packet.rays);
       }
     }
@@ -276,7 +278,7 @@ void Raycaster::blocked(std::span<const Ray> rays, std::span<std::uint8_t> resul
     Packet<RTCRay16> packet(part);
     for (RTCScene scene : scene_->among(obstacles)) {
       if (scene != nullptr) {
-        RTCIntersectContext context = coherent();
+        RTCIntersectContext context = of_any_rays();
         rtcOccluded16(packet.valid.data(), scene, &context, &packet.rays);
       }
     }
