@@ -27,19 +27,26 @@ from typing import Any
 
 import lcm
 
+MOST_WAIT_S = 60.0  # for the localiser to start or to end, on a machine without time
 LCM_URL = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4000000"
+# Share of the periods in which a process of highest priority did not run, either: with more, there
+# was no time, whatever the localiser did.
+MAX_MACHINE_MISSED = 0.002
 ESTIMATE_EVERY = 20  # of those that a soak keeps
 
 
-def wait_for_text(log: Path, text: str, process: subprocess.Popen[bytes], timeout_s: float) -> None:
+def wait_for_text(log: Path, text: str, process: subprocess.Popen[bytes], timeout_s: float) -> bool:
     until = time.monotonic() + timeout_s
     while text not in log.read_text():
         if process.poll() is not None or time.monotonic() > until:
-            raise SystemExit(f"hil: the localiser did not start:\n{log.read_text()}")
+            print(f"hil: the localiser did not start:\n{log.read_text()}", flush=True)
+            return False
         time.sleep(0.05)
+    return True
 
 
-def start_localiser(args: argparse.Namespace) -> subprocess.Popen[bytes]:
+def start_localiser(args: argparse.Namespace) -> tuple[subprocess.Popen[bytes], bool]:
+    """The process, and whether it is ready."""
     log = args.work / "localiser.log"
     with log.open("wb") as out:
         localiser = subprocess.Popen(
@@ -51,8 +58,7 @@ def start_localiser(args: argparse.Namespace) -> subprocess.Popen[bytes]:
             stdout=out,
             stderr=subprocess.STDOUT,
         )
-    wait_for_text(log, "running", localiser, 60.0)
-    return localiser
+    return localiser, wait_for_text(log, "running", localiser, MOST_WAIT_S)
 
 
 def start_replay(args: argparse.Namespace) -> subprocess.Popen[bytes]:
@@ -156,6 +162,41 @@ class MachineWatch:
         parent.send(1.0 - wakes / max(1, periods))
 
 
+def play(args: argparse.Namespace, localiser: subprocess.Popen[bytes]) -> int:
+    """To the end of the drive, or for --seconds. Exit code of the replay."""
+    replay = start_replay(args)
+    if args.seconds is not None:
+        watch(args, localiser)
+        replay.send_signal(signal.SIGTERM)
+    return replay.wait()
+
+
+def stop(localiser: subprocess.Popen[bytes]) -> tuple[int, float]:
+    """Exit code, and how long it took to stop [ms]."""
+    begin = time.monotonic()
+    localiser.send_signal(signal.SIGTERM)
+    try:
+        exit_code = localiser.wait(timeout=MOST_WAIT_S)
+    except subprocess.TimeoutExpired:
+        localiser.kill()
+        exit_code = localiser.wait()
+    return exit_code, 1e3 * (time.monotonic() - begin)
+
+
+def finish(logger: subprocess.Popen[bytes], log: Path) -> None:
+    """Ends the logger once it has written what is there."""
+    until = time.monotonic() + 10.0
+    before, size = -1, log.stat().st_size
+    while size != before and time.monotonic() < until:
+        time.sleep(0.3)
+        before, size = size, log.stat().st_size
+    logger.send_signal(signal.SIGINT)
+    try:
+        logger.wait(timeout=MOST_WAIT_S)
+    except subprocess.TimeoutExpired:
+        logger.kill()
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -177,23 +218,21 @@ def main() -> None:
 
     channels = ".*" if args.seconds is None else "TOPOLOC_(STATUS|TIMING)"
     logger = start_logger(args.work / "log.lcm", channels)
-    localiser = start_localiser(args)
     machine = MachineWatch()
-    replay = start_replay(args)
-    if args.seconds is not None:
-        watch(args, localiser)
-        replay.send_signal(signal.SIGTERM)
-    replay_exit = replay.wait()
+    localiser, started = start_localiser(args)
     machine_missed_share = machine.missed_share()
-    time.sleep(0.5)  # what is on its way arrives
-    begin = time.monotonic()
-    localiser.send_signal(signal.SIGTERM)
-    localiser_exit = localiser.wait(timeout=10.0)
-    stop_ms = 1e3 * (time.monotonic() - begin)
-    time.sleep(0.3)
-    logger.send_signal(signal.SIGINT)
-    logger.wait(timeout=10.0)
+    died = localiser.poll() is not None
+    replay_exit = None
+    if started:
+        machine = MachineWatch()
+        replay_exit = play(args, localiser)
+        machine_missed_share = machine.missed_share()
+    time.sleep(0.5 if machine_missed_share <= MAX_MACHINE_MISSED else 3.0)  # for what is on its way
+    localiser_exit, stop_ms = stop(localiser)
+    finish(logger, args.work / "log.lcm")
     result = {
+        "started": started,
+        "died_at_the_start": died,
         "localiser_exit": localiser_exit,
         "replay_exit": replay_exit,
         "stop_ms": stop_ms,
