@@ -244,19 +244,21 @@ def play(
     out: Path,
     options: Sequence[str | Path],
     soak_s: float | None = None,
+    slow_matcher_after_s: float | None = None,
 ) -> Attempt:
     """Runs the processes; what they say is in `out` (tools/hil_guest.py). Odd frames only."""
     shutil.rmtree(out, ignore_errors=True)
     out.mkdir(parents=True)
     timeout_s = 300 + round(soak_s or 0)
-    soak = () if soak_s is None else ("--seconds", f"{soak_s:g}")
+    times = {"--seconds": soak_s, "--slow-matcher-after": slow_matcher_after_s}
+    given = [(name, f"{value:g}") for name, value in times.items() if value is not None]
     done = subprocess.run(
         [
             *(ROOT / "tools/with-vcan", "--timeout", str(timeout_s), "--"),
             *(sys.executable, ROOT / "tools/hil_guest.py", "--bins", args.bins, "--work", out),
             *("--localiser", args.localiser, "--config", vehicle, "--map", built, "--drive", drive),
             f"--initial-pose={first_pose(drive / 'ground_truth.tum')}",
-            *(*soak, "--replay", "--frames", "odd", *options),
+            *(*chain(*given), "--replay", "--frames", "odd", *options),
         ],
         check=False,
     )
@@ -277,6 +279,18 @@ class Book:
     went: Sequence[str]
     under_way: int = 0  # at most so many are still on their way when the process stops
 
+    def balance(self, counters: dict[str, int]) -> tuple[int, str]:
+        """How many are still on their way, and the account."""
+        came = counters[self.came]
+        went = {
+            name: count
+            for pattern in self.went
+            for name, count in counters.items()
+            if fnmatch(name, pattern)
+        }
+        parts = " + ".join(f"{count} {name}" for name, count in went.items() if count)
+        return came - sum(went.values()), f"{came} = {parts}"
+
 
 FRAME_STAMPS = ["frames.accepted", "frames.time_not_monotonic", "frames.time_in_future",
                 "frames.too_old", "frames.clock_step"]  # fmt: skip
@@ -287,13 +301,14 @@ SIGNALS = ["used", "waiting", "other_frames", "not_a_data_frame", "too_short",
            "multiplex_mismatch", "out_of_limits", "not_finite", "non-monotonic_time",
            "leap_in_time", "unpaired", "wrong_checksum", "counter_out_of_range",
            "counter_frozen"]  # fmt: skip
+CAMERA_FRAMES = Book("camera frames", "frames.accepted", FRAME_FATES, under_way=1)
 BOOKS = [
     Book("CAN frames", "can.frames",
          ["can.before_start", "can.over_tick", *(f"signals.{name}" for name in SIGNALS)]),
     Book("IMU samples", "signals.imu_samples", ["imu.*"]),
     Book("wheel speeds", "signals.speed_samples", ["speed.*", "filter.speed_unused"]),
     Book("camera messages", "images.ok", ["images.wrong_size", *FRAME_STAMPS]),
-    Book("camera frames", "frames.accepted", FRAME_FATES, under_way=1),
+    CAMERA_FRAMES,
     Book("match sets", "frames.matched", ["match_sets.*"], under_way=4),
     Book("map updates", "match_sets.inserted", ["map.*"], under_way=4),
 ]  # fmt: skip
@@ -302,20 +317,8 @@ BOOKS = [
 def check_books(checks: Checks, counters: dict[str, int], judged: bool = True) -> None:
     """Whatever came in is in exactly one of the counters of what became of it."""
     for book in BOOKS:
-        came = counters[book.came]
-        went = {
-            name: count
-            for pattern in book.went
-            for name, count in counters.items()
-            if fnmatch(name, pattern)
-        }
-        parts = " + ".join(f"{count} {name}" for name, count in went.items() if count)
-        checks.add(
-            f"books of the {book.name}",
-            0 <= came - sum(went.values()) <= book.under_way,
-            f"{came} = {parts}",
-            judged,
-        )
+        under_way, account = book.balance(counters)
+        checks.add(f"books of the {book.name}", 0 <= under_way <= book.under_way, account, judged)
 
 
 def begun_by_clock(published: Published) -> int:

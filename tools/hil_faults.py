@@ -8,7 +8,8 @@ checks for each: something was said of it (a reason in the estimates, or a count
 the mode is back to tracking within 2 s of its end, the position is right from then on, and no
 estimate had a NaN or a stamp of zero. A run that fails on a machine without time to give (a process
 of highest priority misses its periods, too) is played again; that the process survives and that its
-numbers are sound counts in each. Exit code: 0 all checks passed, 1 not, 3 all but those that the
+numbers are sound counts in each. At the end of a run the matcher is slowed down and the localiser
+stopped in the middle of a match. Exit code: 0 all checks passed, 1 not, 3 all but those that the
 machine had no time for, or there is no virtual CAN.
 """
 
@@ -26,6 +27,7 @@ import numpy as np
 import yaml
 
 from hil import (
+    CAMERA_FRAMES,
     Attempt,
     Checks,
     Published,
@@ -91,6 +93,9 @@ FAULTS = [
 ]  # fmt: skip
 FIRST_S = 4.0
 PAUSE_S = 4.5  # from a fault's end to the next
+# Then the matcher is slowed down, and the localiser stopped in the middle of a match.
+STOP_AFTER_S = 1.5
+STARTS_AFTER_S = 0.5  # the replay
 
 
 Run = list[tuple[float, Fault]]  # faults, each with its time
@@ -101,7 +106,7 @@ def runs(faults: Sequence[Fault], drive_s: float) -> list[Run]:
     result: list[Run] = [[]]
     at_s = FIRST_S
     for fault in faults:
-        if at_s + fault.for_s + PAUSE_S > drive_s:
+        if at_s + fault.for_s + PAUSE_S + STOP_AFTER_S > drive_s:
             result.append([])
             at_s = FIRST_S
         result[-1].append((at_s, fault))
@@ -231,7 +236,8 @@ class FaultBench:
         )
         return play(
             self.args, self.drive, self.built, self.vehicle, self.args.work / f"faults_{number}",
-            ["--faults", script, "--duration", f"{end_of(run):g}"],
+            ["--faults", script, "--duration", f"{end_of(run) + STOP_AFTER_S:g}"],
+            slow_matcher_after_s=end_of(run) + STARTS_AFTER_S,
         )  # fmt: skip
 
     def judged(self, attempt: Attempt, run: Run) -> Checks:
@@ -240,6 +246,8 @@ class FaultBench:
         if not check_ends(checks, attempt, published):
             return checks
         check_sound(checks, published)
+        under_way, account = CAMERA_FRAMES.balance(published.counters)
+        checks.add("stopped in the middle of a match", under_way == 1, account, attempt.had_time)
         timeline = Timeline(published, self.truth, attempt.replay["start"])
         ends = [at_s for at_s, _ in run[1:]] + [end_of(run)]
         for (at_s, fault), next_s in zip(run, ends, strict=True):

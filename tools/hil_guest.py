@@ -20,6 +20,7 @@ import os
 import resource
 import signal
 import subprocess
+import sys
 import time
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -162,13 +163,40 @@ class MachineWatch:
         parent.send(1.0 - wakes / max(1, periods))
 
 
-def play(args: argparse.Namespace, localiser: subprocess.Popen[bytes]) -> int:
+class SlowMatcher:
+    """The localiser's matcher with hardly any time: what it begins takes seconds."""
+
+    def __init__(self, localiser: subprocess.Popen[bytes]) -> None:
+        cpu = min(os.sched_getaffinity(0))
+        for task in Path(f"/proc/{localiser.pid}/task").iterdir():
+            if (task / "comm").read_text().strip() == "matcher":
+                os.sched_setaffinity(int(task.name), {cpu})
+                os.sched_setscheduler(int(task.name), os.SCHED_IDLE, os.sched_param(0))
+        self._busy = subprocess.Popen(
+            [sys.executable, "-c", "while True: pass"],
+            preexec_fn=lambda: os.sched_setaffinity(0, {cpu}),
+        )
+
+    def end(self) -> None:
+        self._busy.kill()
+        self._busy.wait()
+
+
+def play(
+    args: argparse.Namespace, localiser: subprocess.Popen[bytes]
+) -> tuple[int, SlowMatcher | None]:
     """To the end of the drive, or for --seconds. Exit code of the replay."""
     replay = start_replay(args)
+    slow_matcher = None
     if args.seconds is not None:
         watch(args, localiser)
         replay.send_signal(signal.SIGTERM)
-    return replay.wait()
+    elif args.slow_matcher_after is not None:
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            replay.wait(args.slow_matcher_after)
+        if localiser.poll() is None:
+            slow_matcher = SlowMatcher(localiser)
+    return replay.wait(), slow_matcher
 
 
 def stop(localiser: subprocess.Popen[bytes]) -> tuple[int, float]:
@@ -210,6 +238,9 @@ def main() -> None:
     parser.add_argument("--initial-pose", required=True)
     parser.add_argument("--seconds", type=float, help="a soak of so long; default: the whole drive")
     parser.add_argument(
+        "--slow-matcher-after", type=float, help="seconds of the replay; until the localiser ends"
+    )
+    parser.add_argument(
         "--replay", nargs=argparse.REMAINDER, default=[], help="further options of the replay"
     )
     args = parser.parse_args()
@@ -222,13 +253,15 @@ def main() -> None:
     localiser, started = start_localiser(args)
     machine_missed_share = machine.missed_share()
     died = localiser.poll() is not None
-    replay_exit = None
+    replay_exit = slow_matcher = None
     if started:
         machine = MachineWatch()
-        replay_exit = play(args, localiser)
+        replay_exit, slow_matcher = play(args, localiser)
         machine_missed_share = machine.missed_share()
     time.sleep(0.5 if machine_missed_share <= MAX_MACHINE_MISSED else 3.0)  # for what is on its way
     localiser_exit, stop_ms = stop(localiser)
+    if slow_matcher:
+        slow_matcher.end()
     finish(logger, args.work / "log.lcm")
     result = {
         "started": started,
