@@ -226,7 +226,9 @@ def write_config(drive: Path, **sections: Mapping[str, object]) -> Path:
         )
     ]
     vehicle = drive / "vehicle_hil.yaml"
-    vehicle.write_text(yaml.safe_dump(config | sections, sort_keys=False))
+    text = yaml.safe_dump(config | sections, sort_keys=False)
+    if not vehicle.is_file() or vehicle.read_text() != text:  # what is newer makes the map outdated
+        vehicle.write_text(text)
     return vehicle
 
 
