@@ -246,13 +246,13 @@ def play(
     out: Path,
     options: Sequence[str | Path],
     soak_s: float | None = None,
-    slow_matcher_after_s: float | None = None,
+    freeze_matcher_after_s: float | None = None,
 ) -> Attempt:
     """Runs the processes; what they say is in `out` (tools/hil_guest.py). Odd frames only."""
     shutil.rmtree(out, ignore_errors=True)
     out.mkdir(parents=True)
     timeout_s = 300 + round(soak_s or 0)
-    times = {"--seconds": soak_s, "--slow-matcher-after": slow_matcher_after_s}
+    times = {"--seconds": soak_s, "--freeze-matcher-after": freeze_matcher_after_s}
     given = [(name, f"{value:g}") for name, value in times.items() if value is not None]
     done = subprocess.run(
         [

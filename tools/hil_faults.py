@@ -8,7 +8,7 @@ checks for each: something was said of it (a reason in the estimates, or a count
 the mode is back to tracking within 2 s of its end, the position is right from then on, and no
 estimate had a NaN or a stamp of zero. A run that fails on a machine without time to give (a process
 of highest priority misses its periods, too) is played again; that the process survives and that its
-numbers are sound counts in each. At the end of a run the matcher is slowed down and the localiser
+numbers are sound counts in each. At the end of a run the matcher is halted, and the localiser is
 stopped in the middle of a match. Exit code: 0 all checks passed, 1 not, 3 all but those that the
 machine had no time for, or there is no virtual CAN.
 """
@@ -93,7 +93,7 @@ FAULTS = [
 ]  # fmt: skip
 FIRST_S = 4.0
 PAUSE_S = 4.5  # from a fault's end to the next
-# Then the matcher is slowed down, and the localiser stopped in the middle of a match.
+# Then the matcher is halted, and the localiser stopped in the middle of a match.
 STOP_AFTER_S = 1.5
 STARTS_AFTER_S = 0.5  # the replay
 
@@ -237,7 +237,7 @@ class FaultBench:
         return play(
             self.args, self.drive, self.built, self.vehicle, self.args.work / f"faults_{number}",
             ["--faults", script, "--duration", f"{end_of(run) + STOP_AFTER_S:g}"],
-            slow_matcher_after_s=end_of(run) + STARTS_AFTER_S,
+            freeze_matcher_after_s=end_of(run) + STARTS_AFTER_S,
         )  # fmt: skip
 
     def judged(self, attempt: Attempt, run: Run) -> Checks:

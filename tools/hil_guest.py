@@ -14,13 +14,13 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import ctypes
 import json
 import multiprocessing
 import os
 import resource
 import signal
 import subprocess
-import sys
 import time
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -163,52 +163,67 @@ class MachineWatch:
         parent.send(1.0 - wakes / max(1, periods))
 
 
-class SlowMatcher:
-    """The localiser's matcher with hardly any time: what it begins takes seconds."""
+class FrozenMatcher:
+    """The localiser's matcher, halted in the middle of a match: that one never comes to its end."""
+
+    PTRACE_SEIZE, PTRACE_INTERRUPT, WALL = 0x4206, 0x4207, 0x40000000
 
     def __init__(self, localiser: subprocess.Popen[bytes]) -> None:
-        cpu = min(os.sched_getaffinity(0))
-        for task in Path(f"/proc/{localiser.pid}/task").iterdir():
-            if (task / "comm").read_text().strip() == "matcher":
-                os.sched_setaffinity(int(task.name), {cpu})
-                os.sched_setscheduler(int(task.name), os.SCHED_IDLE, os.sched_param(0))
-        self._busy = subprocess.Popen(
-            [sys.executable, "-c", "while True: pass"],
-            preexec_fn=lambda: os.sched_setaffinity(0, {cpu}),
+        tasks = Path(f"/proc/{localiser.pid}/task")
+        self._thread = next(
+            int(task.name)
+            for task in tasks.iterdir()
+            if (task / "comm").read_text().strip() == "matcher"
         )
+        until = time.monotonic() + 5.0
+        while not self._runs(tasks) and time.monotonic() < until:
+            time.sleep(0.001)
+        trace = ctypes.CDLL(None, use_errno=True).ptrace
+        trace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]
+        for request in (self.PTRACE_SEIZE, self.PTRACE_INTERRUPT):
+            if trace(request, self._thread, None, None) != 0:
+                raise OSError(ctypes.get_errno(), "the matcher cannot be halted")
 
-    def end(self) -> None:
-        self._busy.kill()
-        self._busy.wait()
+    def _runs(self, tasks: Path) -> bool:
+        return (tasks / str(self._thread) / "stat").read_text().rpartition(")")[2].split()[0] == "R"
+
+    def let_end(self) -> None:
+        """To be called until the process has ended: who traces a thread has to wait for it."""
+        with contextlib.suppress(ChildProcessError):
+            os.waitpid(self._thread, os.WNOHANG | self.WALL)
 
 
 def play(
     args: argparse.Namespace, localiser: subprocess.Popen[bytes]
-) -> tuple[int, SlowMatcher | None]:
+) -> tuple[int, FrozenMatcher | None]:
     """To the end of the drive, or for --seconds. Exit code of the replay."""
     replay = start_replay(args)
-    slow_matcher = None
+    frozen_matcher = None
     if args.seconds is not None:
         watch(args, localiser)
         replay.send_signal(signal.SIGTERM)
-    elif args.slow_matcher_after is not None:
+    elif args.freeze_matcher_after is not None:
         with contextlib.suppress(subprocess.TimeoutExpired):
-            replay.wait(args.slow_matcher_after)
+            replay.wait(args.freeze_matcher_after)
         if localiser.poll() is None:
-            slow_matcher = SlowMatcher(localiser)
-    return replay.wait(), slow_matcher
+            frozen_matcher = FrozenMatcher(localiser)
+    return replay.wait(), frozen_matcher
 
 
-def stop(localiser: subprocess.Popen[bytes]) -> tuple[int, float]:
+def stop(
+    localiser: subprocess.Popen[bytes], frozen_matcher: FrozenMatcher | None
+) -> tuple[int, float]:
     """Exit code, and how long it took to stop [ms]."""
     begin = time.monotonic()
     localiser.send_signal(signal.SIGTERM)
-    try:
-        exit_code = localiser.wait(timeout=MOST_WAIT_S)
-    except subprocess.TimeoutExpired:
+    while localiser.poll() is None and time.monotonic() < begin + MOST_WAIT_S:
+        if frozen_matcher:
+            frozen_matcher.let_end()
+        time.sleep(0.002)
+    stop_ms = 1e3 * (time.monotonic() - begin)
+    if localiser.poll() is None:
         localiser.kill()
-        exit_code = localiser.wait()
-    return exit_code, 1e3 * (time.monotonic() - begin)
+    return localiser.wait(), stop_ms
 
 
 def finish(logger: subprocess.Popen[bytes], log: Path) -> None:
@@ -238,7 +253,9 @@ def main() -> None:
     parser.add_argument("--initial-pose", required=True)
     parser.add_argument("--seconds", type=float, help="a soak of so long; default: the whole drive")
     parser.add_argument(
-        "--slow-matcher-after", type=float, help="seconds of the replay; until the localiser ends"
+        "--freeze-matcher-after",
+        type=float,
+        help="seconds of the replay: it hangs in a match then, until the localiser ends",
     )
     parser.add_argument(
         "--replay", nargs=argparse.REMAINDER, default=[], help="further options of the replay"
@@ -253,15 +270,13 @@ def main() -> None:
     localiser, started = start_localiser(args)
     machine_missed_share = machine.missed_share()
     died = localiser.poll() is not None
-    replay_exit = slow_matcher = None
+    replay_exit = frozen_matcher = None
     if started:
         machine = MachineWatch()
-        replay_exit, slow_matcher = play(args, localiser)
+        replay_exit, frozen_matcher = play(args, localiser)
         machine_missed_share = machine.missed_share()
     time.sleep(0.5 if machine_missed_share <= MAX_MACHINE_MISSED else 3.0)  # for what is on its way
-    localiser_exit, stop_ms = stop(localiser)
-    if slow_matcher:
-        slow_matcher.end()
+    localiser_exit, stop_ms = stop(localiser, frozen_matcher)
     finish(logger, args.work / "log.lcm")
     result = {
         "started": started,
