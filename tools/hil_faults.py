@@ -7,31 +7,35 @@ Plays the drive of the HIL bench with fault scripts (docs/replay.md), several fa
 checks for each: something was said of it (a reason in the estimates, or a counter of the status),
 the mode is back to tracking within 2 s of its end, the position is right from then on, and no
 estimate had a NaN or a stamp of zero. A run that fails on a machine without time to give (a process
-of highest priority misses its periods, too) is played again. Exit code: 0 all checks passed, 1 not,
-3 all but those that the machine had no time for.
+of highest priority misses its periods, too) is played again; that the process survives and that its
+numbers are sound counts in each. At the end of a run the matcher is halted, and the localiser is
+stopped in the middle of a match. Exit code: 0 all checks passed, 1 not, 3 all but those that the
+machine had no time for, or there is no virtual CAN.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 import sys
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatch
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
 
 from hil import (
-    MAX_MACHINE_MISSED,
+    CAMERA_FRAMES,
+    Attempt,
     Checks,
     Published,
     bench_parser,
+    check_ends,
+    check_sound,
     has_drive,
-    is_sound,
+    judge_attempts,
     play,
     prepare,
 )
@@ -44,7 +48,7 @@ EXAMPLES = """examples:
 RECOVERY_S = 2.0
 MIN_TRACKING_SHARE = 0.95  # from then until the next fault
 MAX_ERROR_M = 0.6  # from two seconds after a fault until the next
-TRIES = 3
+RETRY_S = 240.0  # no further attempt at any run after that
 TRACKING = 1
 REASONS = {
     "no_imu": 1, "imu_gap": 2, "no_speed": 4, "no_map_fix": 8, "map_contradicts": 16,
@@ -89,6 +93,9 @@ FAULTS = [
 ]  # fmt: skip
 FIRST_S = 4.0
 PAUSE_S = 4.5  # from a fault's end to the next
+# Then the matcher is halted, and the localiser stopped in the middle of a match.
+STOP_AFTER_S = 1.5
+STARTS_AFTER_S = 0.5  # the replay
 
 
 Run = list[tuple[float, Fault]]  # faults, each with its time
@@ -99,7 +106,7 @@ def runs(faults: Sequence[Fault], drive_s: float) -> list[Run]:
     result: list[Run] = [[]]
     at_s = FIRST_S
     for fault in faults:
-        if at_s + fault.for_s + PAUSE_S > drive_s:
+        if at_s + fault.for_s + PAUSE_S + STOP_AFTER_S > drive_s:
             result.append([])
             at_s = FIRST_S
         result[-1].append((at_s, fault))
@@ -147,6 +154,8 @@ class Timeline:
     def described(self, from_s: float, until_s: float) -> str:
         """What was said in a while: reasons with their share of the time, counters that grew."""
         reasons = self.reasons[self.between(from_s, until_s)]
+        if not reasons.size:
+            return f"from {from_s:.1f} to {until_s:.1f} s: nothing was said"
         shares = {name: np.mean(reasons & bit != 0) for name, bit in REASONS.items()}
         said = ", ".join(f"{name} {100 * share:.0f} %" for name, share in shares.items() if share)
         grown = {n: self.counted([n], from_s, until_s) for n in self.counters[-1]}
@@ -164,18 +173,21 @@ def check_fault(
     name = f"{fault.kind} {fault.keys}" if fault.keys else fault.kind
     during = timeline.between(at_s, end_s + 0.5)
     bits = sum(REASONS[r] for r in fault.reasons)
-    raised = float(np.mean(timeline.reasons[during] & bits != 0)) if bits else 0.0
+    said = timeline.reasons[during] & bits != 0
+    raised = float(np.mean(said)) if said.size else 0.0
     counted = timeline.counted(fault.counters, at_s, end_s) if fault.counters else 0
     checks.add(
         f"{name}: says so",
         raised > 0.0 or counted > 0,
         f"{' or '.join(fault.reasons) or 'no reason'} in {100 * raised:.0f} % of the estimates, "
         f"{counted} counted",
+        judged=had_time,
     )
     late = timeline.between(end_s + RECOVERY_S, next_s)
     back = timeline.time_s[(timeline.time_s >= end_s) & (timeline.mode == TRACKING)]
-    worst_m = float(np.nanmax(timeline.error_m[late]))
-    stays = float(np.mean(timeline.mode[late] == TRACKING))
+    errors_m = timeline.error_m[late & np.isfinite(timeline.error_m)]
+    worst_m = float(errors_m.max(initial=0.0))
+    stays = float(np.mean(timeline.mode[late] == TRACKING)) if late.any() else 0.0
     recovered = (
         back.size > 0
         and back[0] <= end_s + RECOVERY_S
@@ -208,51 +220,38 @@ class FaultBench:
     def drive_s(self) -> float:
         return 1e-9 * float(self.truth.time_ns[-1] - self.truth.time_ns[0])
 
-    def checked(self, number: int, run: Run) -> Checks:
-        """What the last attempt at a run found: the first that passed, or that had its time."""
-        for attempt in range(1, TRIES + 1):
-            out = self.played(number, run)
-            ended = json.loads((out / "run.json").read_text())
-            machine_missed = float(ended["machine_missed_share"])
-            had_time = machine_missed <= MAX_MACHINE_MISSED
-            checks = self.judged(out, ended, number, run, had_time)
-            if had_time or checks.passed:
-                break
-            print(
-                f"run {number}, attempt {attempt} of {TRIES}: the machine gave no time in "
-                f"{100 * machine_missed:.1f} % of the periods",
-                flush=True,
-            )
-        return checks
+    def checked(self, number: int, run: Run, limit_s: float) -> Checks:
+        return judge_attempts(
+            f"run {number}",
+            lambda: self.played(number, run),
+            lambda attempt: self.judged(attempt, run),
+            limit_s,
+        ).prefixed(f"run {number}: ")
 
-    def played(self, number: int, run: Run) -> Path:
-        out: Path = self.args.work / f"faults_{number}"
+    def played(self, number: int, run: Run) -> Attempt:
         script = self.args.work / f"faults_{number}.yaml"
         entries = [fault.script(at_s) for at_s, fault in run]
         script.write_text(
             yaml.safe_dump({"format": 1, "seed": 1, "faults": entries}, sort_keys=False)
         )
-        play(
-            self.args, self.drive, self.built, self.vehicle, out,
-            ["--faults", script, "--duration", f"{end_of(run):g}"],
+        return play(
+            self.args, self.drive, self.built, self.vehicle, self.args.work / f"faults_{number}",
+            ["--faults", script, "--duration", f"{end_of(run) + STOP_AFTER_S:g}"],
+            freeze_matcher_after_s=end_of(run) + STARTS_AFTER_S,
         )  # fmt: skip
-        return out
 
-    def judged(
-        self, out: Path, ended: dict[str, Any], number: int, run: Run, had_time: bool
-    ) -> Checks:
-        published = Published([out / "log.lcm"], self.types)
-        start = json.loads((out / "replay.json").read_text())["start"]
+    def judged(self, attempt: Attempt, run: Run) -> Checks:
+        published = Published([attempt.out / "log.lcm"], self.types)
         checks = Checks()
-        checks.add(
-            f"run {number}: survives, sound numbers and stamps",
-            ended["localiser_exit"] == 0 and all(map(is_sound, published.estimates)),
-            f"exit code {ended['localiser_exit']}, {len(published.estimates)} estimates",
-        )
-        timeline = Timeline(published, self.truth, start)
+        if not check_ends(checks, attempt, published):
+            return checks
+        check_sound(checks, published)
+        under_way, account = CAMERA_FRAMES.balance(published.counters)
+        checks.add("stopped in the middle of a match", under_way == 1, account, attempt.had_time)
+        timeline = Timeline(published, self.truth, attempt.replay["start"])
         ends = [at_s for at_s, _ in run[1:]] + [end_of(run)]
         for (at_s, fault), next_s in zip(run, ends, strict=True):
-            check_fault(checks, timeline, at_s, fault, next_s, had_time)
+            check_fault(checks, timeline, at_s, fault, next_s, attempt.had_time)
         return checks
 
 
@@ -265,8 +264,9 @@ def main() -> int:
     bench = FaultBench(args)
     faults = [f for f in FAULTS if not args.only or f.kind in args.only]
     checks = Checks()
+    until_s = time.monotonic() + RETRY_S
     for number, run in enumerate(runs(faults, bench.drive_s)):
-        checks.results |= bench.checked(number, run).results
+        checks.results |= bench.checked(number, run, until_s - time.monotonic()).results
     return checks.finish(args.json)
 
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import ctypes
 import json
 import multiprocessing
 import os
@@ -27,19 +28,26 @@ from typing import Any
 
 import lcm
 
+MOST_WAIT_S = 60.0  # for the localiser to start or to end, on a machine without time
 LCM_URL = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4000000"
+# Share of the periods in which a process of highest priority did not run, either: with more, there
+# was no time, whatever the localiser did.
+MAX_MACHINE_MISSED = 0.002
 ESTIMATE_EVERY = 20  # of those that a soak keeps
 
 
-def wait_for_text(log: Path, text: str, process: subprocess.Popen[bytes], timeout_s: float) -> None:
+def wait_for_text(log: Path, text: str, process: subprocess.Popen[bytes], timeout_s: float) -> bool:
     until = time.monotonic() + timeout_s
     while text not in log.read_text():
         if process.poll() is not None or time.monotonic() > until:
-            raise SystemExit(f"hil: the localiser did not start:\n{log.read_text()}")
+            print(f"hil: the localiser did not start:\n{log.read_text()}", flush=True)
+            return False
         time.sleep(0.05)
+    return True
 
 
-def start_localiser(args: argparse.Namespace) -> subprocess.Popen[bytes]:
+def start_localiser(args: argparse.Namespace) -> tuple[subprocess.Popen[bytes], bool]:
+    """The process, and whether it is ready."""
     log = args.work / "localiser.log"
     with log.open("wb") as out:
         localiser = subprocess.Popen(
@@ -51,8 +59,7 @@ def start_localiser(args: argparse.Namespace) -> subprocess.Popen[bytes]:
             stdout=out,
             stderr=subprocess.STDOUT,
         )
-    wait_for_text(log, "running", localiser, 60.0)
-    return localiser
+    return localiser, wait_for_text(log, "running", localiser, MOST_WAIT_S)
 
 
 def start_replay(args: argparse.Namespace) -> subprocess.Popen[bytes]:
@@ -156,6 +163,83 @@ class MachineWatch:
         parent.send(1.0 - wakes / max(1, periods))
 
 
+class FrozenMatcher:
+    """The localiser's matcher, halted in the middle of a match: that one never comes to its end."""
+
+    PTRACE_SEIZE, PTRACE_INTERRUPT, WALL = 0x4206, 0x4207, 0x40000000
+
+    def __init__(self, localiser: subprocess.Popen[bytes]) -> None:
+        tasks = Path(f"/proc/{localiser.pid}/task")
+        self._thread = next(
+            int(task.name)
+            for task in tasks.iterdir()
+            if (task / "comm").read_text().strip() == "matcher"
+        )
+        until = time.monotonic() + 5.0
+        while not self._runs(tasks) and time.monotonic() < until:
+            time.sleep(0.001)
+        trace = ctypes.CDLL(None, use_errno=True).ptrace
+        trace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]
+        for request in (self.PTRACE_SEIZE, self.PTRACE_INTERRUPT):
+            if trace(request, self._thread, None, None) != 0:
+                raise OSError(ctypes.get_errno(), "the matcher cannot be halted")
+
+    def _runs(self, tasks: Path) -> bool:
+        return (tasks / str(self._thread) / "stat").read_text().rpartition(")")[2].split()[0] == "R"
+
+    def let_end(self) -> None:
+        """To be called until the process has ended: who traces a thread has to wait for it."""
+        with contextlib.suppress(ChildProcessError):
+            os.waitpid(self._thread, os.WNOHANG | self.WALL)
+
+
+def play(
+    args: argparse.Namespace, localiser: subprocess.Popen[bytes]
+) -> tuple[int, FrozenMatcher | None]:
+    """To the end of the drive, or for --seconds. Exit code of the replay."""
+    replay = start_replay(args)
+    frozen_matcher = None
+    if args.seconds is not None:
+        watch(args, localiser)
+        replay.send_signal(signal.SIGTERM)
+    elif args.freeze_matcher_after is not None:
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            replay.wait(args.freeze_matcher_after)
+        if localiser.poll() is None:
+            frozen_matcher = FrozenMatcher(localiser)
+    return replay.wait(), frozen_matcher
+
+
+def stop(
+    localiser: subprocess.Popen[bytes], frozen_matcher: FrozenMatcher | None
+) -> tuple[int, float]:
+    """Exit code, and how long it took to stop [ms]."""
+    begin = time.monotonic()
+    localiser.send_signal(signal.SIGTERM)
+    while localiser.poll() is None and time.monotonic() < begin + MOST_WAIT_S:
+        if frozen_matcher:
+            frozen_matcher.let_end()
+        time.sleep(0.002)
+    stop_ms = 1e3 * (time.monotonic() - begin)
+    if localiser.poll() is None:
+        localiser.kill()
+    return localiser.wait(), stop_ms
+
+
+def finish(logger: subprocess.Popen[bytes], log: Path) -> None:
+    """Ends the logger once it has written what is there."""
+    until = time.monotonic() + 10.0
+    before, size = -1, log.stat().st_size
+    while size != before and time.monotonic() < until:
+        time.sleep(0.3)
+        before, size = size, log.stat().st_size
+    logger.send_signal(signal.SIGINT)
+    try:
+        logger.wait(timeout=MOST_WAIT_S)
+    except subprocess.TimeoutExpired:
+        logger.kill()
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -169,6 +253,11 @@ def main() -> None:
     parser.add_argument("--initial-pose", required=True)
     parser.add_argument("--seconds", type=float, help="a soak of so long; default: the whole drive")
     parser.add_argument(
+        "--freeze-matcher-after",
+        type=float,
+        help="seconds of the replay: it hangs in a match then, until the localiser ends",
+    )
+    parser.add_argument(
         "--replay", nargs=argparse.REMAINDER, default=[], help="further options of the replay"
     )
     args = parser.parse_args()
@@ -177,23 +266,21 @@ def main() -> None:
 
     channels = ".*" if args.seconds is None else "TOPOLOC_(STATUS|TIMING)"
     logger = start_logger(args.work / "log.lcm", channels)
-    localiser = start_localiser(args)
     machine = MachineWatch()
-    replay = start_replay(args)
-    if args.seconds is not None:
-        watch(args, localiser)
-        replay.send_signal(signal.SIGTERM)
-    replay_exit = replay.wait()
+    localiser, started = start_localiser(args)
     machine_missed_share = machine.missed_share()
-    time.sleep(0.5)  # what is on its way arrives
-    begin = time.monotonic()
-    localiser.send_signal(signal.SIGTERM)
-    localiser_exit = localiser.wait(timeout=10.0)
-    stop_ms = 1e3 * (time.monotonic() - begin)
-    time.sleep(0.3)
-    logger.send_signal(signal.SIGINT)
-    logger.wait(timeout=10.0)
+    died = localiser.poll() is not None
+    replay_exit = frozen_matcher = None
+    if started:
+        machine = MachineWatch()
+        replay_exit, frozen_matcher = play(args, localiser)
+        machine_missed_share = machine.missed_share()
+    time.sleep(0.5 if machine_missed_share <= MAX_MACHINE_MISSED else 3.0)  # for what is on its way
+    localiser_exit, stop_ms = stop(localiser, frozen_matcher)
+    finish(logger, args.work / "log.lcm")
     result = {
+        "started": started,
+        "died_at_the_start": died,
         "localiser_exit": localiser_exit,
         "replay_exit": replay_exit,
         "stop_ms": stop_ms,

@@ -7,7 +7,8 @@ Makes a closed drive of the recorded one (tools/mirrored_drive.py), plays it lap
 checks: memory, threads and open files do not grow, the estimator's thread has no page fault, every
 tick and everything that came in is accounted for, and the vehicle is tracked all the time. What was
 found over time is drawn in WORK/soak.png. Exit code: 0 all checks passed, 1 not, 3 all but those
-that the machine had no time for.
+that the machine had no time for (a process of highest priority misses its periods, too), or there
+is no virtual CAN.
 
 The slope of the memory is judged from 20 minutes on: what is taken once takes that long to tell
 from what goes on growing.
@@ -16,7 +17,6 @@ from what goes on growing.
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from dataclasses import astuple, dataclass
 from pathlib import Path
@@ -30,7 +30,6 @@ from scipy.stats import theilslopes
 from accuracy_table import run
 from freshness import outdated
 from hil import (
-    MAX_MACHINE_MISSED,
     ROOT,
     Checks,
     Published,
@@ -101,7 +100,7 @@ def prepare(args: argparse.Namespace) -> tuple[Path, Path, Path]:
     return mirrored, built, vehicle
 
 
-def check_held(checks: Checks, held: Held, seconds: float) -> None:
+def check_held(checks: Checks, held: Held, seconds: float, had_time: bool) -> None:
     slope = held.slope_mb_per_h()
     found = (
         f"{slope:+.3f} MB/h; {held.rss_anon_mb[0]:.1f} MB at first, {held.rss_anon_mb[-1]:.1f} MB "
@@ -114,7 +113,8 @@ def check_held(checks: Checks, held: Held, seconds: float) -> None:
     tenth = max(1, len(held.time_s) // 10)
     growth = float(np.median(held.rss_anon_mb[-tenth:]) - np.median(held.rss_anon_mb[:tenth]))
     limit = ONCE_MB + MAX_SLOPE_MB_PER_H * seconds / 3600.0
-    checks.add("RssAnon's growth", growth <= limit, f"{growth:+.2f} of {limit:.2f} MB")
+    # LCM queues up to 30 images for a receiver without time, and that memory is kept.
+    checks.add("RssAnon's growth", growth <= limit, f"{growth:+.2f} of {limit:.2f} MB", had_time)
     for name, values in (("threads", held.threads), ("open files", held.files)):
         checks.add(name, values.min() == values.max(), f"{values.min():.0f} to {values.max():.0f}")
 
@@ -153,6 +153,9 @@ def check_estimates(checks: Checks, errors: Errors, judged: bool) -> None:
         f"{100 * errors.tracking_share:.2f} % of the time",
         judged,
     )
+    if not errors.error_m.size:
+        checks.add("position", False, "no pose", judged)
+        return
     usual, most, nearly_all = np.quantile(errors.error_m, [0.5, 0.99, 0.999])
     worst = int(np.argmax(errors.error_m))
     checks.add(
@@ -195,24 +198,24 @@ def main() -> int:
     drive, built, vehicle = prepare(args)
     out = args.work / "soak"
     seconds = 60.0 * args.minutes
-    play(args, drive, built, vehicle, out, ["--loop"], soak_s=seconds)
-    replay = json.loads((out / "replay.json").read_text())
+    attempt = play(args, drive, built, vehicle, out, ["--loop"], soak_s=seconds)
     types = message_types(args.work / "lcmtypes")
     published = Published([out / "log.lcm", out / "estimates.lcm"], types)
-    held = Held.read(out / "memory.csv")
-    errors = Errors(published, Truth(drive / "ground_truth.tum"), replay)
 
     checks = Checks()
-    ended = json.loads((out / "run.json").read_text())
-    check_ends(checks, published, ended)
-    check_held(checks, held.settled(), seconds)
-    check_ticks(checks, published, args.max_missed, all_recorded=False)
-    check_inputs(checks, published, replay)
+    if not check_ends(checks, attempt, published):
+        return checks.finish(args.json)
+    replay = attempt.replay
+    held = Held.read(out / "memory.csv")
+    errors = Errors(published, Truth(drive / "ground_truth.tum"), replay)
+    # A short run may be one stall after the other.
+    judged = attempt.had_time or seconds >= JUDGED_FROM_S
+    check_held(checks, held.settled(), seconds, judged)
+    check_ticks(checks, published, args.max_missed, judged, all_recorded=False)
+    check_inputs(checks, published, replay, judged)
     check_journal_size(checks, out / "journal")
-    # A machine that stalls gives the replay's data wrong times: in a short run, that is too much.
-    had_time = ended["machine_missed_share"] <= MAX_MACHINE_MISSED
-    check_estimates(checks, errors, had_time or seconds >= JUDGED_FROM_S)
-    print_timing(published.timings[-1])
+    check_estimates(checks, errors, judged)
+    print_timing(published.timings)
     draw(args.work / "soak.png", held, published, errors)
     print(f"\n{1e-9 * replay['lap_ns']:.1f} s a lap; over time: {args.work / 'soak.png'}")
     return checks.finish(args.json)

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "topoloc/realtime/monotonic_clock.hpp"
+#include "topoloc/realtime/system_clock.hpp"
 #include "topoloc/replay/player.hpp"
 
 #include <algorithm>
@@ -13,15 +15,11 @@ constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr std::int64_t kLead_ns = 200'000'000;
 constexpr std::int64_t kNap_ns = 50'000'000;
 
-std::int64_t now_ns(clockid_t clock) {
-  timespec time{};
-  ::clock_gettime(clock, &time);
-  return std::int64_t{time.tv_sec} * kSecond_ns + time.tv_nsec;
-}
-
 }  // namespace
 
-Pacer::Pacer(double speed) : speed_(speed), start_ns_(now_ns(CLOCK_MONOTONIC) + kLead_ns) {}
+using realtime::MonotonicClock;
+
+Pacer::Pacer(double speed) : speed_(speed), start_ns_(MonotonicClock::now_ns() + kLead_ns) {}
 
 std::int64_t Pacer::due_ns(std::int64_t elapsed_ns) const {
   return start_ns_ + std::llround(static_cast<double>(elapsed_ns) / speed_);
@@ -33,7 +31,7 @@ bool Pacer::wait_until(std::int64_t elapsed_ns, const std::atomic<bool>& stop) c
     if (stop.load(std::memory_order_relaxed)) {
       return false;
     }
-    const std::int64_t now = now_ns(CLOCK_MONOTONIC);
+    const std::int64_t now = MonotonicClock::now_ns();
     if (now >= due) {
       return true;
     }
@@ -44,11 +42,11 @@ bool Pacer::wait_until(std::int64_t elapsed_ns, const std::atomic<bool>& stop) c
 }
 
 std::int64_t Pacer::late_ns(std::int64_t elapsed_ns) const {
-  return now_ns(CLOCK_MONOTONIC) - due_ns(elapsed_ns);
+  return MonotonicClock::now_ns() - due_ns(elapsed_ns);
 }
 
 std::int64_t Pacer::unix_ns(std::int64_t elapsed_ns) const {
-  return now_ns(CLOCK_REALTIME) - now_ns(CLOCK_MONOTONIC) + due_ns(elapsed_ns);
+  return realtime::read_system_ahead().ahead_ns + due_ns(elapsed_ns);
 }
 
 }  // namespace topoloc::replay

@@ -149,3 +149,20 @@ def test_a_damaged_last_pose_is_a_warning(vehicle: Path, tmp_path: Path) -> None
     check = checks(vehicle)["last pose"]
     assert check["verdict"] == "warning"
     assert "last.tum:1" in check["text"]
+
+
+def test_can_buffers_and_interfaces_that_are_down_are_told(vehicle: Path) -> None:
+    huge = 268_435_456
+    vehicle.write_text(
+        VEHICLE.replace("[no0]}", f"[no0], buffer_bytes: {huge}}}").replace("no0", "vcan0")
+    )
+    check = f"{BIN / 'topoloc-localise'} --config {vehicle} --check --dead-reckoning"
+    limited = f"setpriv --bounding-set=-net_admin --inh-caps=-net_admin {check}"
+    script = f"{limited}; ip link set vcan0 down; {check}"
+    result = run(ROOT / "tools/with-vcan", "--", "sh", "-c", script)
+    if result.returncode == 125:
+        pytest.skip(result.stderr)
+    lines = [line for line in result.stdout.splitlines() if "vcan0" in line and "warning" in line]
+    small, down = (line for line in lines if line.startswith("warning"))
+    assert f"net.core.rmem_max={huge}" in small
+    assert "ip link set vcan0 up" in down

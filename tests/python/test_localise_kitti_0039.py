@@ -6,6 +6,7 @@ localised in it, initial pose wrong by 1 m and 3 degrees, errors from 2 s on."""
 from __future__ import annotations
 
 import csv
+import json
 import os
 import sys
 from collections import Counter
@@ -13,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from programs import run
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
@@ -100,3 +102,17 @@ def test_baselines_are_at_least_three_times_worse(
 ) -> None:
     assert table.figures(row("dead reckoning"))["apet_m"] >= 3 * default["apet_m"]
     assert table.nearest_node(row("default"))["apet_m"] >= 3 * default["apet_m"]
+
+
+def test_check_tells_a_map_of_another_model(table: accuracy_table.Table) -> None:
+    town = table.map_of(row("default"))
+    other = table.variant(accuracy_table.Row("", matching={"max_features": 1024}), 0.0)
+    command = (BINS / "topoloc-localise", "--check", "--json", "-", "--map", town)
+    found = {}
+    for name, folder in (("same", table.variant(row("default"), 0.0)), ("other", other)):
+        checks = json.loads(run(*command, "--config", folder / "vehicle.yaml").stdout)
+        found[name] = next(c for c in checks if c["what"] == "map and models")
+    assert found["same"]["verdict"] == "ok", found["same"]
+    assert found["other"]["verdict"] == "error"
+    assert town.name in found["other"]["text"]
+    assert "build the map again or configure its model" in found["other"]["text"]

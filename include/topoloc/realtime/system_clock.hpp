@@ -14,7 +14,8 @@ struct SystemAhead {
   std::int64_t within_ns = 0;
 };
 
-/// The tightest of a few readings. Any thread; neither fails nor allocates.
+/// The tightest of a few readings, of up to 50 where the thread is interrupted again and again. Any
+/// thread; neither fails nor allocates.
 [[nodiscard]] SystemAhead read_system_ahead();
 
 }  // namespace topoloc::realtime

@@ -102,6 +102,16 @@ TEST_F(EstimatorLoopTest, EveryFrameIsUsedOnceAndEverySampleReachesTheFilter) {
   EXPECT_EQ(std::reduce(c.speed.begin(), c.speed.end()), counts.speed_samples);
 }
 
+TEST_F(EstimatorLoopTest, TakesNoMoreFramesATickThanItsBound) {
+  loop_.start_from(at(0.0));
+  tick(5);
+  const std::uint64_t used = status().signal_counts.used;
+  constexpr std::uint64_t kGiven = 4 * 30;  // by a bus that does not keep to the bound
+  tick(30);
+  EXPECT_EQ(status().signal_counts.used - used, kMaxFramesPerTick);
+  EXPECT_EQ(status().over_tick, kGiven - kMaxFramesPerTick);
+}
+
 TEST_F(EstimatorLoopTest, StartsAnewFromAPoseThatComesIn) {
   loop_.start_from(at(100.0));
   tick(10);
