@@ -19,8 +19,8 @@ REFINE_S_PER_M = 0.8
 BUILD_S_PER_M = 0.1
 LOCALISE_S_PER_M = 0.12
 # Of continuous integration: what fits into 12 minutes.
-REDUCED_M = 100.0
-REDUCED_HZ = 5.0
+REDUCED_M = 50.0
+REDUCED_HZ = 4.0
 REDUCED_DRIVES = {(target.scenario, target.row) for target in REDUCED_TARGETS}
 # Other traffic and noise than on the mapping drive.
 SEED_OFFSET = {"map": 0, "day": 100, "dusk": 200, "night": 300, "overcast": 400}
