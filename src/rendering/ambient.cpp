@@ -15,8 +15,7 @@
 namespace topoloc::rendering {
 namespace {
 
-constexpr double kCell_m = 0.5;  // on triangles; far off twice or four times as large
-constexpr double kNear_m = 50.0;
+constexpr double kCell_m = 0.5;         // on triangles
 constexpr double kPlantCell_m = 0.7;    // between leaves
 constexpr double kVehicleCell_m = 1.0;  // above vehicles
 constexpr double kVehicleHeight_m = 3.0;
@@ -49,8 +48,14 @@ Ambient::Value mixed(const Ambient::Value& a, const Ambient::Value& b, double sh
           a.openness + s * (b.openness - a.openness)};
 }
 
-double cell_m(double distance_m) {
-  return kCell_m * (distance_m < kNear_m ? 1.0 : distance_m < 2.0 * kNear_m ? 2.0 : 4.0);
+/// Distance between nodes: doubled until it is no shorter than half of the footprint.
+double spacing_m(double least_m, double footprint_m) {
+  constexpr double kMost = 32.0;
+  double factor = 1.0;
+  while (2.0 * factor * least_m < footprint_m && factor < kMost) {
+    factor *= 2.0;
+  }
+  return factor * least_m;
 }
 
 /// As many directions to all sides.
@@ -100,16 +105,16 @@ Eigen::Vector2d clamped(const Eigen::Vector2d& p, const std::array<Eigen::Vector
 Ambient::Ambient(const Raycaster& raycaster, const Illumination& light, const Sky& sky)
     : raycaster_(&raycaster), light_(light), sky_(&sky) {}
 
-Ambient::Value Ambient::at(const Hit& hit) {
+Ambient::Value Ambient::at(const Hit& hit, double footprint_m) {
   switch (kind_of(hit.surface->material)) {
     case Kind::kPlant:
-      return in_plant(hit);
+      return in_plant(hit, footprint_m);
     case Kind::kVehicle:
       return on_vehicle(hit);
     case Kind::kTriangle:
       break;
   }
-  return hit.moving ? on_vehicle(hit) : on_triangle(hit);
+  return hit.moving ? on_vehicle(hit) : on_triangle(hit, footprint_m);
 }
 
 template <typename Where>
@@ -126,7 +131,7 @@ Ambient::Value Ambient::remembered(std::uint64_t key, Gather gather, const Where
 
 /// A grid in the plane of the two axes that the triangle is seen best along; nodes beyond its edges
 /// stand for the edge.
-Ambient::Value Ambient::on_triangle(const Hit& hit) {
+Ambient::Value Ambient::on_triangle(const Hit& hit, double footprint_m) {
   const auto corners = raycaster_->corners(hit);
   const Eigen::Vector3d n = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
   Eigen::Index dropped = 0;
@@ -152,10 +157,10 @@ Ambient::Value Ambient::on_triangle(const Hit& hit) {
   };
   const Eigen::Vector2d least = flat_corners[0].cwiseMin(flat_corners[1]).cwiseMin(flat_corners[2]);
   const Eigen::Vector2d most = flat_corners[0].cwiseMax(flat_corners[1]).cwiseMax(flat_corners[2]);
-  const double cell = cell_m(hit.distance_m);
+  const double cell = spacing_m(kCell_m, footprint_m);
   if ((most - least).maxCoeff() < cell) {  // one node for small ones; blades of grass share some
     if (hit.surface->material == world::Material::kGrass) {
-      return in_plant(hit);
+      return in_plant(hit, footprint_m);
     }
     return remembered(world::key(hit.object, {hit.triangle, side}), Gather::kHemisphere,
                       [&] { return lifted(flat(middle)); });
@@ -180,9 +185,10 @@ Ambient::Value Ambient::in_space(const Eigen::Vector3d& point_m, double size_m, 
   const Eigen::Vector3d share = at - corner;
   const auto node = [&](int i, int j, int k) {
     const Eigen::Vector3d p = corner + Eigen::Vector3d(i, j, k);
-    const std::uint64_t key = world::key(
-        0x5ACEU + static_cast<std::uint64_t>(gather),
-        {bits(std::llround(p.x())), bits(std::llround(p.y())), bits(std::llround(p.z()))});
+    const std::uint64_t key =
+        world::key(0x5ACEU + static_cast<std::uint64_t>(gather),
+                   {bits(std::llround(100.0 * size_m)), bits(std::llround(p.x())),
+                    bits(std::llround(p.y())), bits(std::llround(p.z()))});
     return remembered(key, gather, [&] {
       return std::pair<Eigen::Vector3d, Eigen::Vector3d>(size_m * p, Eigen::Vector3d::UnitZ());
     });
@@ -195,8 +201,8 @@ Ambient::Value Ambient::in_space(const Eigen::Vector3d& point_m, double size_m, 
 }
 
 /// Leaves lie in all directions and let light through.
-Ambient::Value Ambient::in_plant(const Hit& hit) {
-  return in_space(hit.point_m, kPlantCell_m, Gather::kSphere);
+Ambient::Value Ambient::in_plant(const Hit& hit, double footprint_m) {
+  return in_space(hit.point_m, spacing_m(kPlantCell_m, footprint_m), Gather::kSphere);
 }
 
 /// What reaches a place above the vehicle, by how far a part of it faces up; below there is light

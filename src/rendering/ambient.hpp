@@ -24,15 +24,17 @@ class Ambient {
     float irradiance = 0.0F;
     float openness = 0.0F;  ///< share of the sky that is to be seen, weighted by the cosine
   };
-  [[nodiscard]] Value at(const Hit& hit);
+  /// `footprint_m`: length of what is looked at; where it is long, nodes lie farther apart, else
+  /// each look at a meadow far off would make nodes of its own.
+  [[nodiscard]] Value at(const Hit& hit, double footprint_m);
   /// Between frames, while no thread uses it.
   void make_room() { cache_.grow_if_full(); }
 
  private:
   enum class Gather : std::uint8_t { kHemisphere, kSphere };
 
-  [[nodiscard]] Value on_triangle(const Hit& hit);
-  [[nodiscard]] Value in_plant(const Hit& hit);
+  [[nodiscard]] Value on_triangle(const Hit& hit, double footprint_m);
+  [[nodiscard]] Value in_plant(const Hit& hit, double footprint_m);
   [[nodiscard]] Value on_vehicle(const Hit& hit);
   template <typename Where>
   [[nodiscard]] Value remembered(std::uint64_t key, Gather gather, const Where& where);

@@ -137,7 +137,9 @@ float Shading::radiance(const Patch& patch) {
   const Hit& hit = patch.hits[patch.hits.size() / 2];
   const Eigen::Vector3d& direction = patch.directions[patch.hits.size() / 2];
   const world::Appearance look = appearance_of(patch);
-  const Ambient::Value around = ambient_.at(hit);
+  const double footprint_m =
+      hit.distance_m * patch.pixel_rad / std::max(std::abs(hit.normal.dot(direction)), 0.02);
+  const Ambient::Value around = ambient_.at(hit, footprint_m);
   const float ambient = around.irradiance * beside_moving(hit);
 
   float irradiance = ambient;
