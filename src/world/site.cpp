@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "world/site.hpp"
 
+#include "world/steps.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -21,7 +23,7 @@ std::int64_t cell_of(double x, double y, double size_m) {
 
 Site::Site(const Route& route, double behind_m, double beyond_m) {
   low_ = high_ = Eigen::Vector2d::Zero();
-  for (double s = -behind_m; s <= route.length_m() + beyond_m; s += kPlace_m) {
+  for (const double s : steps(-behind_m, route.length_m() + beyond_m + 1e-9, kPlace_m)) {
     const RigidTransform T = route.T_world_road(s);
     places_.push_back({T.p.head<2>(), T.R.col(1).head<2>(), s, T.p.z()});
     low_ = low_.cwiseMin(T.p.head<2>());
@@ -91,12 +93,12 @@ bool Site::cells(const Eigen::Vector2d& corner, const Eigen::Vector2d& along,
   return true;
 }
 
-bool Site::free(const Eigen::Vector2d& corner, const Eigen::Vector2d& along,
-                const Eigen::Vector2d& across) const {
+bool Site::is_free(const Eigen::Vector2d& corner, const Eigen::Vector2d& along,
+                   const Eigen::Vector2d& across) const {
   return cells(corner, along, across, [&](std::int64_t cell) { return !taken_.contains(cell); });
 }
 
-bool Site::free(const Eigen::Vector2d& p) const {
+bool Site::is_free(const Eigen::Vector2d& p) const {
   return !taken_.contains(cell_of(p.x(), p.y(), kCell_m));
 }
 

@@ -31,11 +31,11 @@ class Site {
   [[nodiscard]] double land_m(const Eigen::Vector2d& p) const;
 
   /// A rectangle: corner and two sides.
-  [[nodiscard]] bool free(const Eigen::Vector2d& corner, const Eigen::Vector2d& along,
-                          const Eigen::Vector2d& across) const;
+  [[nodiscard]] bool is_free(const Eigen::Vector2d& corner, const Eigen::Vector2d& along,
+                             const Eigen::Vector2d& across) const;
   void claim(const Eigen::Vector2d& corner, const Eigen::Vector2d& along,
              const Eigen::Vector2d& across);
-  [[nodiscard]] bool free(const Eigen::Vector2d& p) const;
+  [[nodiscard]] bool is_free(const Eigen::Vector2d& p) const;
 
   [[nodiscard]] Eigen::Vector2d low() const { return low_; }
   [[nodiscard]] Eigen::Vector2d high() const { return high_; }

@@ -66,7 +66,7 @@ void plant_woods(Maker& maker, const std::vector<double>& heights, int columns,
       const Site::Nearest nearest = maker.site.nearest(p);
       const Setting setting = section_at(maker.world.sections, nearest.along_m).setting;
       const double keep_m = setting == Setting::kHighway ? 24.0 : 32.0;
-      if (nearest.distance_m < keep_m || nearest.distance_m > kAround_m || !maker.site.free(p)) {
+      if (nearest.distance_m < keep_m || nearest.distance_m > kAround_m || !maker.site.is_free(p)) {
         continue;
       }
       if (setting == Setting::kTunnel && nearest.distance_m < 80.0) {

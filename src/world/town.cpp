@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "world/bump.hpp"
 #include "world/house.hpp"
+#include "world/steps.hpp"
 #include "world/town_lots.hpp"
 #include "world/world_maker.hpp"
 
@@ -14,7 +15,7 @@ namespace {
 constexpr double kStraight_1pm = 0.003;  // side streets leave where the road is straight
 
 bool room_for_side_street(const Maker& maker, double s) {
-  for (double ds = -9.0; ds <= 9.0; ds += 3.0) {
+  for (const double ds : steps(-9.0, 9.0 + 1e-9, 3.0)) {
     if (std::abs(maker.world.route.curvature_1pm(s + ds)) > kStraight_1pm ||
         maker.profile(s + ds).parking_m < 2.0) {
       return false;
@@ -35,7 +36,7 @@ bool room_for_side_street(const Maker& maker, double s) {
 void add_parking(Maker& maker, const Section& section) {
   constexpr double kKerbPlace_m = 6.0;
   for (const bool right : {true, false}) {
-    for (double s = maker.begin_m(section) + 3.0; s < maker.end_m(section); s += kKerbPlace_m) {
+    for (const double s : steps(maker.begin_m(section) + 3.0, maker.end_m(section), kKerbPlace_m)) {
       const Profile profile = maker.profile(s);
       const bool crossing = std::any_of(maker.crossings.begin(), maker.crossings.end(),
                                         [&](double c) { return std::abs(c - s) < 7.5; });

@@ -6,6 +6,7 @@
 
 #include "world/noise.hpp"
 #include "world/profile.hpp"
+#include "world/steps.hpp"
 #include "world/vehicle_size.hpp"
 
 #include <algorithm>
@@ -16,6 +17,7 @@
 namespace topoloc::world {
 namespace {
 
+constexpr std::size_t kStreams = std::size_t{2} * kSlots;
 constexpr double kTable_m = 2.0;      // between places of the table of times
 constexpr double kOutside_m = 400.0;  // road on which there is traffic before and after the route
 constexpr double kSeenBehind_m = 130.0;  // vehicles are told of from here
@@ -105,7 +107,7 @@ std::size_t ego_stream(const World& world, double along_m, double left_m) {
   const Profile profile = profile_at(world.sections, along_m);
   std::size_t best = 0;
   double nearest = 1e9;
-  for (std::size_t i = 0; i < 2 * kSlots; ++i) {
+  for (std::size_t i = 0; i < kStreams; ++i) {
     const Stream stream = stream_of(i);
     const auto slot = static_cast<std::size_t>(stream.slot);
     if ((stream.right ? profile.right_m : profile.left_m)[slot] > 1.0) {
@@ -122,10 +124,10 @@ std::size_t ego_stream(const World& world, double along_m, double left_m) {
 }  // namespace
 
 std::vector<std::vector<double>> travel_times(const World& world) {
-  std::vector<std::vector<double>> result(2 * kSlots);
+  std::vector<std::vector<double>> result(kStreams);
   for (std::size_t i = 0; i < result.size(); ++i) {
     double time_s = 0.0;
-    for (double s = -kOutside_m; s < world.route.length_m() + kOutside_m; s += kTable_m) {
+    for (const double s : steps(-kOutside_m, world.route.length_m() + kOutside_m, kTable_m)) {
       result[i].push_back(time_s);
       const Stream stream = stream_of(i);
       time_s += kTable_m / lane_speed_mps(section_at(world.sections, s), stream.right, stream.slot);
@@ -140,7 +142,7 @@ std::vector<Instance> Visit::moving(double time_s, double ego_along_m, double eg
     return result;
   }
   const std::size_t own = ego_stream(*world_, ego_along_m, ego_left_m);
-  for (std::size_t i = 0; i < 2 * kSlots; ++i) {
+  for (std::size_t i = 0; i < kStreams; ++i) {
     if (i == own) {
       continue;
     }
