@@ -16,7 +16,8 @@ namespace topoloc::rendering {
 namespace {
 
 constexpr double kCell_m = 0.5;         // on triangles
-constexpr double kPlantCell_m = 0.7;    // between leaves
+constexpr double kPlantCell_m = 1.0;    // between leaves
+constexpr double kPlantCoarse = 0.04;   // of the distance: leaves hide what goes on among them
 constexpr double kVehicleCell_m = 1.0;  // above vehicles
 constexpr double kVehicleHeight_m = 3.0;
 constexpr double kBounceReach_m = 60.0;
@@ -202,7 +203,9 @@ Ambient::Value Ambient::in_space(const Eigen::Vector3d& point_m, double size_m, 
 
 /// Leaves lie in all directions and let light through.
 Ambient::Value Ambient::in_plant(const Hit& hit, double footprint_m) {
-  return in_space(hit.point_m, spacing_m(kPlantCell_m, footprint_m), Gather::kSphere);
+  return in_space(hit.point_m,
+                  spacing_m(kPlantCell_m, std::max(footprint_m, kPlantCoarse * hit.distance_m)),
+                  Gather::kSphere);
 }
 
 /// What reaches a place above the vehicle, by how far a part of it faces up; below there is light
@@ -236,6 +239,10 @@ Ambient::Value Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vec
       const bool sky = rays[i].direction.z() > 0.0;
       sum.irradiance += sky ? sky_->mean_radiance(rays[i].direction) : 0.0F;
       sum.openness += sky ? 1.0F : 0.0F;
+      continue;
+    }
+    if (gather == Gather::kSphere) {  // by leaves: a share of the open sky's, not followed
+      sum.irradiance += kBounceAlbedo * 0.5F * sky_->irradiance();
       continue;
     }
     skip = !skip;

@@ -165,7 +165,10 @@ float Shading::radiance(const Patch& patch) {
     const float grazing = 1.0F - cosine;
     const float share =
         look.gloss + (1.0F - look.gloss) * 0.6F * grazing * grazing * grazing * grazing * grazing;
-    result = (1.0F - share) * result + share * mirrored(hit, direction, ambient);
+    // What is hardly smooth mirrors everything around at once.
+    constexpr float kSmooth = 0.08F;
+    const float seen = look.gloss < kSmooth ? ambient : mirrored(hit, direction, ambient);
+    result = (1.0F - share) * result + share * seen;
   }
   return result;
 }
