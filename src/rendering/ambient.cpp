@@ -170,8 +170,9 @@ Ambient::Value Ambient::on_triangle(const Hit& hit, double footprint_m) {
   const Eigen::Vector2d corner = at.array().floor();
   const auto node = [&](int i, int j) {
     const Eigen::Vector2d p = corner + Eigen::Vector2d(i, j);
-    const std::uint64_t key = world::key(
-        hit.object, {hit.triangle, side, bits(std::llround(p.x())), bits(std::llround(p.y()))});
+    const std::uint64_t key =
+        world::key(hit.object, {hit.triangle, side, bits(std::llround(2.0 * cell)),
+                                bits(std::llround(p.x())), bits(std::llround(p.y()))});
     return remembered(key, Gather::kHemisphere,
                       [&] { return lifted(clamped(cell * p, flat_corners)); });
   };
