@@ -27,12 +27,14 @@ constexpr float kBounceAlbedo = 0.22F;  // of what surrounds a road, on the aver
 constexpr double kLift_m = 0.03;
 constexpr double kInset_m = 0.04;
 
+/// Poles are as thin as plants.
 enum class Kind : std::uint8_t { kTriangle, kPlant, kVehicle };
 
 Kind kind_of(world::Material material) {
   switch (material) {
     case world::Material::kFoliage:
     case world::Material::kBark:
+    case world::Material::kPole:
       return Kind::kPlant;
     case world::Material::kCarBody:
     case world::Material::kCarGlass:
@@ -158,7 +160,8 @@ Ambient::Value Ambient::on_triangle(const Hit& hit, double footprint_m) {
   };
   const Eigen::Vector2d least = flat_corners[0].cwiseMin(flat_corners[1]).cwiseMin(flat_corners[2]);
   const Eigen::Vector2d most = flat_corners[0].cwiseMax(flat_corners[1]).cwiseMax(flat_corners[2]);
-  const double cell = spacing_m(kCell_m, footprint_m);
+  const bool rail = hit.surface->material == world::Material::kGuardRail;
+  const double cell = spacing_m(rail ? 2.0 * kCell_m : kCell_m, footprint_m);
   if ((most - least).maxCoeff() < cell) {  // one node for small ones; blades of grass share some
     if (hit.surface->material == world::Material::kGrass) {
       return in_plant(hit, footprint_m);
@@ -242,12 +245,8 @@ Ambient::Value Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vec
       sum.openness += sky ? 1.0F : 0.0F;
       continue;
     }
-    if (gather == Gather::kSphere) {  // by leaves: a share of the open sky's, not followed
-      sum.irradiance += kBounceAlbedo * 0.5F * sky_->irradiance();
-      continue;
-    }
     skip = !skip;
-    if (skip || hits[i]->distance_m > kBounceReach_m) {
+    if (gather == Gather::kSphere || skip || hits[i]->distance_m > kBounceReach_m) {
       continue;
     }
     const Hit& met = *hits[i];
@@ -260,12 +259,15 @@ Ambient::Value Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vec
       strengths[count++] = static_cast<float>(light_.sun * cosine);
     }
   }
-  std::array<std::uint8_t, 2 * kHemisphereRays> blocked{};
-  raycaster_->blocked(std::span(lights).first(count), blocked, Obstacles::kFixed);
   for (std::size_t i = 0; i < count; ++i) {
-    sum.irradiance += blocked[i] != 0 ? 0.0F : 2.0F * kBounceAlbedo * strengths[i];
+    if (!raycaster_->blocked(lights[i], Obstacles::kFixed)) {
+      sum.irradiance += 2.0F * kBounceAlbedo * strengths[i];
+    }
   }
   constexpr auto kShare = static_cast<float>(1.0 / kHemisphereRays);
+  if (gather == Gather::kSphere) {  // what leaves and ground reflect is not followed
+    sum.irradiance += kBounceAlbedo * sky_->irradiance() * sum.openness;
+  }
   return {sum.irradiance * kShare, sum.openness * kShare};
 }
 

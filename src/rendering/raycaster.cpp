@@ -69,7 +69,7 @@ struct Packet {
   explicit Packet(std::span<const Ray> from) {
     RTCRay16& to = rays.ray;
     for (std::size_t i = 0; i < kPacket && !from.empty(); ++i) {
-      // Empty places hold a ray too: Embree's bounds of all rays must be finite.
+      // Empty places hold a ray too, though not a valid one: bounds are those of all.
       const RTCRay ray = embree_ray(from[std::min(i, from.size() - 1)]);
       valid[i] = i < from.size() ? -1 : 0;
       to.org_x[i] = ray.org_x;
@@ -80,6 +80,8 @@ struct Packet {
       to.dir_z[i] = ray.dir_z;
       to.tfar[i] = ray.tfar;
       to.mask[i] = ray.mask;
+      rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+      rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
     }
   }
   alignas(64) std::array<int, kPacket> valid{};
@@ -116,6 +118,14 @@ struct Raycaster::Scene {
   [[nodiscard]] std::array<RTCScene, 2> among(Obstacles obstacles) const {
     return {obstacles == Obstacles::kFixed ? nullptr : moving.get(),
             obstacles == Obstacles::kMoving ? nullptr : fixed.get()};
+  }
+  void intersect(Packet& packet, Obstacles obstacles) const {
+    for (RTCScene scene : among(obstacles)) {
+      if (scene != nullptr) {
+        RTCIntersectContext context = coherent();
+        rtcIntersect16(packet.valid.data(), scene, &context, &packet.rays);
+      }
+    }
   }
   [[nodiscard]] Hit hit_of(const Ray& ray, const RTCHit& at, double embree_m) const;
 };
@@ -242,16 +252,7 @@ void Raycaster::cast(std::span<const Ray> rays, std::span<std::optional<Hit>> hi
   for (std::size_t first = 0; first < rays.size(); first += kPacket) {
     const auto part = rays.subspan(first, std::min(kPacket, rays.size() - first));
     Packet packet(part);
-    for (std::size_t i = 0; i < kPacket; ++i) {
-      packet.rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-      packet.rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
-    }
-    for (RTCScene scene : scene_->among(obstacles)) {
-      if (scene != nullptr) {
-        RTCIntersectContext context = coherent();
-        rtcIntersect16(packet.valid.data(), scene, &context, &packet.rays);
-      }
-    }
+    scene_->intersect(packet, obstacles);
     for (std::size_t i = 0; i < part.size(); ++i) {
       if (packet.rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
         hits[first + i].reset();
@@ -265,11 +266,17 @@ void Raycaster::cast(std::span<const Ray> rays, std::span<std::optional<Hit>> hi
   }
 }
 
-// One by one: with the packets of Embree 3.13 (rtcOccluded16) some never return.
+// With rtcIntersect16, not rtcOccluded16: some packets never return from that of Embree 3.13.5.
+// Sixteen nearest hits still take less time than sixteen single questions whether there is one.
 void Raycaster::blocked(std::span<const Ray> rays, std::span<std::uint8_t> results,
                         Obstacles obstacles) const {
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    results[i] = blocked(rays[i], obstacles) ? 1 : 0;
+  for (std::size_t first = 0; first < rays.size(); first += kPacket) {
+    const auto part = rays.subspan(first, std::min(kPacket, rays.size() - first));
+    Packet packet(part);
+    scene_->intersect(packet, obstacles);
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      results[first + i] = packet.rays.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID ? 1 : 0;
+    }
   }
 }
 
