@@ -10,18 +10,18 @@ namespace {
 using namespace noise;
 
 /// What lies on or in the asphalt at a place.
-struct Laid {
+struct Inlay {
   float share = 0.0F;  ///< how much of the spot it covers
   float tone = 1.0F;   ///< times the asphalt's
   float seam = 0.0F;   ///< share of the bitumen line around it
 };
 
 // A trench that was filled: a rectangle of other asphalt with sealed edges.
-Laid patch(const Spot& s, float share) {
+Inlay patch(const Spot& s, float share) {
   constexpr float kLong_m = 8.0F;
   constexpr float kWide_m = 2.9F;
   const std::uint32_t key = hash(cell(s.u / kLong_m), cell(s.v / kWide_m), s.seed + 11U);
-  Laid result;
+  Inlay result;
   if (unit(key) > share) {
     return result;
   }
@@ -43,11 +43,11 @@ Laid patch(const Spot& s, float share) {
 }
 
 // Covers of manholes and the like: round iron plates with a pattern.
-Laid cover(const Spot& s) {
+Inlay cover(const Spot& s) {
   constexpr float kLong_m = 9.0F;
   constexpr float kWide_m = 2.2F;
   const std::uint32_t key = hash(cell(s.u / kLong_m), cell(s.v / kWide_m), s.seed + 23U);
-  Laid result;
+  Inlay result;
   if (unit(key) > 0.2F) {
     return result;
   }
@@ -112,7 +112,7 @@ Appearance asphalt(const Spot& s) {
   float albedo = tone * (1.0F + relief);
   nir += 0.2F * tone * relief;
 
-  const Laid old = patch(s, s.p[1] > 0.5F ? 0.1F + 0.25F * age : 0.05F + 0.08F * age);
+  const Inlay old = patch(s, s.p[1] > 0.5F ? 0.1F + 0.25F * age : 0.05F + 0.08F * age);
   albedo *= mix(1.0F, old.tone, old.share) * (1.0F - 0.6F * old.seam);
   nir *= mix(1.0F, 0.5F + 0.5F * old.tone, old.share) * (1.0F - 0.5F * old.seam);
 
@@ -127,10 +127,10 @@ Appearance asphalt(const Spot& s) {
     albedo *= 1.0F - 0.65F * line;
     nir *= 1.0F - 0.5F * line;
   }
-  const float sealed = ramp(value(s.u / 21.0F, s.v / 6.0F, s.seed + 8U), 0.62F, 0.68F);
+  const float sealed = ramp(value(s.u / 21.0F, s.v / 6.0F, s.seed + 8U), 0.68F, 0.72F);
   if (sealed > 0.0F) {
     const float line =
-        sealed * crack(s.u * 0.3F, s.v * 1.3F, 2.3F, 0.05F, s.seed + 9U, s.footprint);
+        sealed * crack(s.u * 0.35F, s.v * 1.2F, 1.7F, 0.02F, s.seed + 9U, 0.6F * s.footprint);
     albedo *= 1.0F - 0.6F * line;
     nir *= 1.0F - 0.55F * line;
   }
@@ -139,7 +139,7 @@ Appearance asphalt(const Spot& s) {
   nir *= 1.0F - 0.3F * rubber;
   float gloss = 0.02F;
   if (s.p[1] > 0.5F) {
-    const Laid iron = cover(s);
+    const Inlay iron = cover(s);
     albedo = mix(albedo, 0.085F * iron.tone, iron.share) * (1.0F - 0.7F * iron.seam);
     nir = mix(nir, 0.05F, iron.share) * (1.0F - 0.5F * iron.seam);
     gloss += 0.08F * iron.share;

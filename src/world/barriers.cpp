@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "world/steps.hpp"
 #include "world/verge.hpp"
 
 #include <algorithm>
@@ -35,7 +36,7 @@ void add_rail(Maker& maker, double begin_m, double end_m,
         return result;
       },
       steel);
-  for (double s = std::ceil(begin_m / kPost_m) * kPost_m; s < end_m; s += kPost_m) {
+  for (const double s : steps(std::ceil(begin_m / kPost_m) * kPost_m, end_m, kPost_m)) {
     builder.set_frame(maker.upright(s, left_m(s)));
     builder.box(Point(-0.05, -0.03 - side * 0.06, -0.4), Point(0.05, 0.03 - side * 0.06, 0.74),
                 post);
@@ -51,7 +52,7 @@ void add_noise_barrier(Maker& maker, double begin_m, double end_m, bool right, R
   const auto tone = static_cast<float>(random.uniform(0.22, 0.45));
   const std::uint32_t posts =
       builder.surface(Material::kConcrete, static_cast<std::uint32_t>(random.next()), {2.0F, 0.4F});
-  for (double s = begin_m; s + kBay_m <= end_m; s += kBay_m) {
+  for (const double s : steps(begin_m, end_m - kBay_m + 1e-9, kBay_m)) {
     const auto at = [&](double along) {
       const double out = kBarrierOut_m;
       return maker.world.route.point(along, sign * (maker.profile(along).edge(right) + out),
@@ -79,7 +80,7 @@ void add_noise_barrier(Maker& maker, double begin_m, double end_m, bool right, R
 void add_delineators(Maker& maker, double begin_m, double end_m, bool right) {
   constexpr double kEvery_m = 50.0;
   const double sign = right ? -1.0 : 1.0;
-  for (double s = std::ceil(begin_m / kEvery_m) * kEvery_m; s < end_m; s += kEvery_m) {
+  for (const double s : steps(std::ceil(begin_m / kEvery_m) * kEvery_m, end_m, kEvery_m)) {
     RigidTransform T = maker.upright(s, sign * (maker.profile(s).edge(right) + 0.5));
     if (!right) {
       T.R.col(0) *= -1.0;

@@ -21,7 +21,7 @@ double fraction(std::uint64_t bits) { return static_cast<double>(bits >> 11U) * 
 double eased(double t) { return t * t * t * (10.0 + t * (6.0 * t - 15.0)); }
 
 // Smooth noise in [-0.5, 0.5]; twice differentiable.
-double noise(double x, double y, std::uint64_t seed) {
+double waves(double x, double y, std::uint64_t seed) {
   const double ix = std::floor(x);
   const double iy = std::floor(y);
   const double fx = eased(x - ix);
@@ -90,7 +90,7 @@ double bump_at(std::uint64_t seed, const Route& route, const std::vector<Section
   double height_m = 0.0;
   std::uint64_t index = 0;
   for (const Octave& octave : kOctaves) {
-    height_m += octave.height_m * noise(along_m / octave.along_m, left_m / octave.across_m,
+    height_m += octave.height_m * waves(along_m / octave.along_m, left_m / octave.across_m,
                                         key(seed, {0xB0B, ++index}));
   }
   height_m += dips(seed, along_m, left_m);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "world/steps.hpp"
 #include "world/world_maker.hpp"
 
 #include <array>
@@ -234,7 +235,7 @@ void add_lorry(MeshBuilder& builder, const Paint& paint, bool bus) {
     builder.box(Point(rear + 0.05, -half + 0.02, 1.35), Point(front - 0.02, half - 0.02, 2.5),
                 paint.glass);
     builder.box(Point(rear, -half, 2.5), Point(front, half, 3.05), paint.body);
-    for (double x = rear + 1.4; x < front - 0.5; x += 1.5) {
+    for (const double x : steps(rear + 1.4, front - 0.5, 1.5)) {
       for (const double sign : {-1.0, 1.0}) {
         builder.quad(Point(x, sign * (half + 0.003), 1.35), Point(0.14, 0.0, 0.0),
                      Point(0.0, 0.0, 1.15), paint.trim);

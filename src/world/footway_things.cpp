@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "world/furniture.hpp"
+#include "world/steps.hpp"
 #include "world/town_lots.hpp"
 
 #include <algorithm>
@@ -53,7 +54,7 @@ void add_row_things(Maker& maker, const Section& section, bool right) {
   double next_tree = maker.begin_m(section) + 6.0;
   double next_sign = maker.begin_m(section) + random.uniform(8.0, 20.0);
   double next_thing = maker.begin_m(section) + random.uniform(3.0, 9.0);
-  for (double s = maker.begin_m(section); s < maker.end_m(section); s += 1.0) {
+  for (const double s : steps(maker.begin_m(section), maker.end_m(section), 1.0)) {
     const Profile profile = maker.profile(s);
     const double kerb = sign * (profile.edge(right) + kNearKerb_m);
     if (!clear(maker, s, right)) {
@@ -128,8 +129,8 @@ void add_drains(Maker& maker, const Section& section, bool right) {
   const double sign = right ? -1.0 : 1.0;
   const std::uint32_t frame = builder.surface(Material::kPole, 601, {0.13F});
   const std::uint32_t hole = builder.surface(Material::kPole, 602, {0.02F});
-  for (double s = maker.begin_m(section) + 4.0; s < maker.end_m(section);
-       s += kEvery_m * random.uniform(0.8, 1.2)) {
+  for (const double s : random_steps(random, maker.begin_m(section) + 4.0, maker.end_m(section),
+                                     0.8 * kEvery_m, 1.2 * kEvery_m)) {
     if (!clear(maker, s, right)) {
       continue;
     }
@@ -147,7 +148,7 @@ void add_drains(Maker& maker, const Section& section, bool right) {
 void add_bend_boards(Maker& maker, const Section& section) {
   constexpr double kSharp_1pm = 0.03;
   MeshBuilder builder = maker.unique();
-  for (double s = maker.begin_m(section); s < maker.end_m(section); s += 7.0) {
+  for (const double s : steps(maker.begin_m(section), maker.end_m(section), 7.0)) {
     const double curvature = maker.world.route.curvature_1pm(s);
     if (std::abs(curvature) < kSharp_1pm) {
       continue;
@@ -202,7 +203,8 @@ void add_crossing_things(Maker& maker, const Section& section) {
 void make_footway_things(Maker& maker, const Section& section) {
   Random random(maker.draw(0x1A3B, section.seed));
   bool right = true;
-  for (double s = maker.begin_m(section) + 8.0; s < maker.end_m(section); s += 0.5 * kLampEvery_m) {
+  for (const double s :
+       steps(maker.begin_m(section) + 8.0, maker.end_m(section), 0.5 * kLampEvery_m)) {
     double at = s;
     for (int i = 0; i < 8 && !clear(maker, at, right); ++i) {
       at += 2.0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "world/house.hpp"
+#include "world/steps.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -73,7 +74,7 @@ void add_window_bay(MeshBuilder& builder, Random& random, double x_m, double z_m
     const std::uint32_t flowers =
         builder.surface(Material::kFoliage, static_cast<std::uint32_t>(random.next()), {0.2F});
     builder.box(Point(x0, -0.24, z0), Point(x1, -0.07, z0 + 0.16), style.shutter_surface, true);
-    for (double x = x0; x < x1 - 0.1; x += 0.12) {
+    for (const double x : steps(x0, x1 - 0.1, 0.12)) {
       builder.triangle(Point(x, -0.2, z0 + 0.15), Point(x + 0.16, -0.12, z0 + 0.15),
                        Point(x + random.uniform(0.0, 0.15), -0.22, z0 + random.uniform(0.25, 0.42)),
                        flowers);
@@ -181,7 +182,7 @@ void add_balcony(MeshBuilder& builder, Random& random, double x_m, double z_m, d
   for (const double x : {x_m, x_m + width_m - 0.05}) {
     builder.box(Point(x, -out, top - 0.05), Point(x + 0.05, 0.0, top), rail, true);
   }
-  for (double x = x_m; x < x_m + width_m; x += 0.13) {
+  for (const double x : steps(x_m, x_m + width_m, 0.13)) {
     builder.quad(Point(x, -out + 0.02, z_m), Point(0.025, 0.0, 0.0), Point(0.0, 0.0, 1.0), rail);
   }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "world/bump.hpp"
+#include "world/steps.hpp"
 #include "world/world_maker.hpp"
 
 #include <algorithm>
@@ -156,7 +157,7 @@ void paint_crossing(Painter& painter, double middle_m) {
   const Profile profile = painter.maker.profile(middle_m);
   const double right = -profile.edge(true) + 0.3;
   const double left = profile.edge(false) - 0.3;
-  for (double y = right; y + 0.5 < left; y += 1.0) {
+  for (const double y : steps(right, left - 0.5, 1.0)) {
     painter.bar(middle_m - 1.5, middle_m + 1.5, y, y + 0.5);
   }
   painter.bar(middle_m - 3.0, middle_m - 2.7, -profile.lanes_edge(true) + 0.1, -0.15);
@@ -176,7 +177,7 @@ void paint_arrow(Painter& painter, double s, double left, double direction) {
 void paint_symbols(Painter& painter) {
   Maker& maker = painter.maker;
   Random random(maker.draw(0xA220));
-  for (double s = maker.first_m() + 10.0; s < maker.last_m(); s += random.uniform(35.0, 90.0)) {
+  for (const double s : random_steps(random, maker.first_m() + 10.0, maker.last_m(), 35.0, 90.0)) {
     const Section& section = section_at(maker.world.sections, s);
     if (section.setting == Setting::kTunnel) {
       continue;
@@ -195,7 +196,7 @@ void paint_symbols(Painter& painter) {
     if (!middle_m) {
       continue;
     }
-    for (double y = -2.9; y < 3.0; y += 0.9) {
+    for (const double y : steps(-2.9, 3.0, 0.9)) {
       painter.bar(*middle_m - 2.0, *middle_m - 1.1, y, y + 0.45);
       painter.bar(*middle_m + 1.1, *middle_m + 2.0, y, y + 0.45);
     }

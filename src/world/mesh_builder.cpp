@@ -95,13 +95,13 @@ void MeshBuilder::bar(const Point& from, const Point& to, double radius_from, do
     ring.push_back(vertex(to + radius_to * out, Uv(radius * angle, length)));
   }
   for (int i = 0; i < sides; ++i) {
-    const auto k = static_cast<std::size_t>(2 * i);
+    const std::size_t k = 2 * static_cast<std::size_t>(i);
     face(ring[k], ring[k + 2], ring[k + 3], ring[k + 1], surface);
   }
   if (caps) {
     const std::uint32_t middle = vertex(to, Uv(0.0, length + radius_to));
     for (int i = 0; i < sides; ++i) {
-      const auto k = static_cast<std::size_t>(2 * i + 1);
+      const std::size_t k = 2 * static_cast<std::size_t>(i) + 1;
       face(ring[k], ring[k + 2], middle, surface);
     }
   }

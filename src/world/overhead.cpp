@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "world/furniture.hpp"
+#include "world/steps.hpp"
 #include "world/verge.hpp"
 
 #include <algorithm>
@@ -29,8 +30,9 @@ void add_gantry(Maker& maker, Random& random, double s) {
       builder.box(Point(x - 0.06, right, z - 0.06), Point(x + 0.06, left, z + 0.06), steel, true);
     }
   }
-  bool up = true;
-  for (double y = right; y + 1.2 < left; y += 1.2, up = !up) {  // lattice
+  bool up = false;
+  for (const double y : steps(right, left - 1.2, 1.2)) {  // lattice
+    up = !up;
     builder.bar(Point(-0.3, y, kBeam_m + (up ? 0.0 : 1.0)),
                 Point(-0.3, y + 1.2, kBeam_m + (up ? 1.0 : 0.0)), 0.035, 0.035, 4, steel);
   }
@@ -89,7 +91,7 @@ void add_bridge(Maker& maker, Random& random, double s) {
   for (const double x : {-half, half}) {
     builder.box(Point(x - 0.15, right - 22.0, kClear_m + 1.2),
                 Point(x + 0.15, left + 22.0, kClear_m + 1.5), concrete);
-    for (double y = right - 22.0; y < left + 22.0; y += 1.0) {
+    for (const double y : steps(right - 22.0, left + 22.0, 1.0)) {
       builder.box(Point(x - 0.02, y, kClear_m + 1.5), Point(x + 0.02, y + 0.05, kClear_m + 2.5),
                   rail);
     }
@@ -136,7 +138,7 @@ void make_overhead(Maker& maker, const Section& section, double begin_m, double 
   double next_sign = begin_m + random.uniform(5.0, 25.0);
   double lit_until = begin_m + 60.0;  // where a highway begins there is an exit
   double next_lamp = begin_m + 4.0;
-  for (double s = begin_m + 4.0; s < end_m - 6.0; s += 1.0) {
+  for (const double s : steps(begin_m + 4.0, end_m - 6.0, 1.0)) {
     if (s > next_gantry) {
       add_gantry(maker, random, s);
       next_gantry = s + random.uniform(220.0, 450.0);

@@ -98,7 +98,7 @@ void add_hill(Maker& maker, const Section& section) {
       grass);
   Random random(maker.draw(0x4112, section.seed));
   const double length_m = section.end_m - section.begin_m;
-  for (int i = 0; i < static_cast<int>(length_m * 0.6); ++i) {
+  for (int i = 0; i < 90 + static_cast<int>(length_m * 0.4); ++i) {
     // Only near the ends: nobody sees what stands on the middle of the hill.
     const double from_end = std::min(0.5 * length_m, 4.0 + 70.0 * random.uniform());
     const double s = random.chance(0.5) ? section.begin_m + from_end : section.end_m - from_end;

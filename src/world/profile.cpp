@@ -140,6 +140,12 @@ const Section& section_at(const std::vector<Section>& sections, double along_m) 
   return next == sections.begin() ? *next : *(next - 1);
 }
 
+double lane_speed_mps(const Section& section, bool right, int slot) {
+  constexpr double kPerLane_mps = 4.5;
+  const bool first = right && slot == 0;
+  return section.limit_mps * (first ? 0.85 : 0.95) + kPerLane_mps * slot;
+}
+
 Profile profile_at(const std::vector<Section>& sections, double along_m) {
   const Section& here = section_at(sections, along_m);
   const auto index = static_cast<std::size_t>(&here - sections.data());

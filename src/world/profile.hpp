@@ -35,6 +35,8 @@ struct Profile {
 
 std::vector<Section> make_sections(const WorldSpec& spec, const Route& route);
 const Section& section_at(const std::vector<Section>& sections, double along_m);
+/// Of the traffic in a lane: faster towards the middle, where there is more than one.
+double lane_speed_mps(const Section& section, bool right, int slot);
 Profile profile_at(const std::vector<Section>& sections, double along_m);
 
 }  // namespace topoloc::world

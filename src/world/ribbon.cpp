@@ -3,15 +3,17 @@
 #include "world/ribbon.hpp"
 
 #include <cmath>
+#include <cstdint>
 
 namespace topoloc::world {
 
 std::vector<double> stations(double begin_m, double end_m, double step_m) {
   constexpr double kTiny_m = 1e-6;
   std::vector<double> result{begin_m};
-  for (double i = std::floor(begin_m / step_m) + 1.0; i * step_m < end_m - kTiny_m; i += 1.0) {
-    if (i * step_m > begin_m + kTiny_m) {
-      result.push_back(i * step_m);
+  for (auto i = static_cast<std::int64_t>(std::floor(begin_m / step_m)) + 1;
+       static_cast<double>(i) * step_m < end_m - kTiny_m; ++i) {
+    if (static_cast<double>(i) * step_m > begin_m + kTiny_m) {
+      result.push_back(static_cast<double>(i) * step_m);
     }
   }
   result.push_back(end_m);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "world/bump.hpp"
+#include "world/steps.hpp"
 #include "world/world_maker.hpp"
 
 #include <algorithm>
@@ -112,7 +113,7 @@ void make_footways(Maker& maker) {
   for (const bool right : {true, false}) {
     double begin_m = 0.0;
     bool going = false;
-    for (double s = maker.first_m(); s <= maker.last_m(); s += kStep_m) {
+    for (const double s : steps(maker.first_m(), maker.last_m() + 1e-9, kStep_m)) {
       const bool has = maker.profile(s).kerb_m > 0.02 && maker.open(s, right, -0.25);
       if (has && !going) {
         begin_m = s;
@@ -128,7 +129,7 @@ void make_footways(Maker& maker) {
 }
 
 void claim_corridor(Maker& maker) {
-  for (double s = maker.first_m(); s < maker.last_m(); s += 0.5) {
+  for (const double s : steps(maker.first_m(), maker.last_m(), 0.5)) {
     const Profile profile = maker.profile(s);
     const Eigen::Vector2d right =
         maker.world.route.point(s, -profile.edge(true) - profile.footway_m).head<2>();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "world/steps.hpp"
 #include "world/world_maker.hpp"
 
 #include <cmath>
@@ -81,7 +82,7 @@ void make_street(Maker& maker, const SideStreet& street) {
   }
   // Give-way line: traffic towards the road keeps right, seen along -x that is the +y half.
   builder.set_frame(T);
-  for (double y = 0.25; y < kSideHalf_m - 0.4; y += 0.75) {
+  for (const double y : steps(0.25, kSideHalf_m - 0.4, 0.75)) {
     builder.quad(Point(0.55, y, 0.03), Point(0.0, 0.5, 0.0), Point(0.4, 0.0, 0.0), paint,
                  Uv(y, 0.0));
   }
@@ -90,7 +91,7 @@ void make_street(Maker& maker, const SideStreet& street) {
   const double half = kOpeningHalf_m + 0.1;
   maker.site.claim(T.p.head<2>() - half * y, street.length_m * x, 2.0 * half * y);
   // A car or two at the kerb, away from the corner.
-  for (double s = 12.0; s + 4.0 < street.length_m; s += 7.0) {
+  for (const double s : steps(12.0, street.length_m - 4.0, 7.0)) {
     RigidTransform place = along(s);
     place.p = T * Point(s, -(kSideHalf_m - 1.05), 0.02);
     if (random.chance(0.6)) {

@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "world/site.hpp"
 
+#include "world/steps.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +11,6 @@ namespace topoloc::world {
 namespace {
 
 constexpr double kPlace_m = 2.0;
-constexpr double kBucket_m = 40.0;
 constexpr double kCell_m = 0.5;
 
 std::int64_t cell_of(double x, double y, double size_m) {
@@ -22,51 +23,40 @@ std::int64_t cell_of(double x, double y, double size_m) {
 
 Site::Site(const Route& route, double behind_m, double beyond_m) {
   low_ = high_ = Eigen::Vector2d::Zero();
-  for (double s = -behind_m; s <= route.length_m() + beyond_m; s += kPlace_m) {
+  for (const double s : steps(-behind_m, route.length_m() + beyond_m + 1e-9, kPlace_m)) {
     const RigidTransform T = route.T_world_road(s);
     places_.push_back({T.p.head<2>(), T.R.col(1).head<2>(), s, T.p.z()});
     low_ = low_.cwiseMin(T.p.head<2>());
     high_ = high_.cwiseMax(T.p.head<2>());
-    buckets_[cell_of(T.p.x(), T.p.y(), kBucket_m)].push_back(
-        static_cast<std::uint32_t>(places_.size() - 1));
   }
 }
 
 Site::Nearest Site::nearest(const Eigen::Vector2d& p) const {
+  // Every tenth place, then all about the best of them.
+  constexpr std::size_t kCoarse = 10;
   double best = 1e18;
-  std::uint32_t index = 0;
-  const auto look = [&](double dx, double dy) {
-    const auto bucket = buckets_.find(cell_of(p.x() + dx, p.y() + dy, kBucket_m));
-    if (bucket == buckets_.end()) {
-      return;
-    }
-    for (const std::uint32_t i : bucket->second) {
-      const double d = (places_[i].p - p).squaredNorm();
-      if (d < best) {
-        best = d;
-        index = i;
-      }
+  std::size_t index = 0;
+  const auto look = [&](std::size_t i) {
+    const double d = (places_[i].p - p).squaredNorm();
+    if (d < best) {
+      best = d;
+      index = i;
     }
   };
-  for (int ring = 0; ring <= 24; ++ring) {
-    // All buckets of a ring; one ring more than the first hit, which need not be the nearest.
-    for (int i = -ring; i <= ring; ++i) {
-      for (int j = -ring; j <= ring; ++j) {
-        if (std::max(std::abs(i), std::abs(j)) == ring) {
-          look(i * kBucket_m, j * kBucket_m);
-        }
-      }
-    }
-    if (best < std::pow(ring * kBucket_m, 2)) {
-      break;
-    }
+  for (std::size_t i = 0; i < places_.size(); i += kCoarse) {
+    look(i);
+  }
+  const std::size_t middle = index;
+  for (std::size_t i = middle - std::min(middle, kCoarse);
+       i < std::min(middle + kCoarse, places_.size()); ++i) {
+    look(i);
   }
   const Place& place = places_[index];
   const Eigen::Vector2d forward(place.left.y(), -place.left.x());
   Nearest result;
   result.along_m = place.along_m + std::clamp(forward.dot(p - place.p), -kPlace_m, kPlace_m);
-  result.distance_m = best < 1e18 ? std::abs(place.left.dot(p - place.p)) : 1e9;
-  if (best < 1e18 && best > std::pow(result.distance_m + kPlace_m, 2)) {
+  result.distance_m = std::abs(place.left.dot(p - place.p));
+  if (best > std::pow(result.distance_m + kPlace_m, 2)) {
     result.distance_m = std::sqrt(best);  // beyond an end of the route
   }
   result.height_m = place.height_m;
@@ -103,12 +93,12 @@ bool Site::cells(const Eigen::Vector2d& corner, const Eigen::Vector2d& along,
   return true;
 }
 
-bool Site::free(const Eigen::Vector2d& corner, const Eigen::Vector2d& along,
-                const Eigen::Vector2d& across) const {
+bool Site::is_free(const Eigen::Vector2d& corner, const Eigen::Vector2d& along,
+                   const Eigen::Vector2d& across) const {
   return cells(corner, along, across, [&](std::int64_t cell) { return !taken_.contains(cell); });
 }
 
-bool Site::free(const Eigen::Vector2d& p) const {
+bool Site::is_free(const Eigen::Vector2d& p) const {
   return !taken_.contains(cell_of(p.x(), p.y(), kCell_m));
 }
 

@@ -5,7 +5,6 @@
 #include "topoloc/world/route.hpp"
 
 #include <cstdint>
-#include <unordered_map>
 #include <unordered_set>
 #include <vector>
 
@@ -24,18 +23,19 @@ class Site {
     double height_m = 0.0;  ///< of the road there
     bool left = false;
   };
-  /// Route's place nearest to a point seen from above; coarse (2 m) beyond some 60 m.
+  /// Route's place nearest to a point seen from above. Half-way between two legs of the route
+  /// either may be named.
   [[nodiscard]] Nearest nearest(const Eigen::Vector2d& p) const;
 
   /// Smooth height of the land: the road's, averaged over what is near.
   [[nodiscard]] double land_m(const Eigen::Vector2d& p) const;
 
   /// A rectangle: corner and two sides.
-  [[nodiscard]] bool free(const Eigen::Vector2d& corner, const Eigen::Vector2d& along,
-                          const Eigen::Vector2d& across) const;
+  [[nodiscard]] bool is_free(const Eigen::Vector2d& corner, const Eigen::Vector2d& along,
+                             const Eigen::Vector2d& across) const;
   void claim(const Eigen::Vector2d& corner, const Eigen::Vector2d& along,
              const Eigen::Vector2d& across);
-  [[nodiscard]] bool free(const Eigen::Vector2d& p) const;
+  [[nodiscard]] bool is_free(const Eigen::Vector2d& p) const;
 
   [[nodiscard]] Eigen::Vector2d low() const { return low_; }
   [[nodiscard]] Eigen::Vector2d high() const { return high_; }
@@ -51,8 +51,7 @@ class Site {
   bool cells(const Eigen::Vector2d& corner, const Eigen::Vector2d& along,
              const Eigen::Vector2d& across, Visit visit) const;
 
-  std::vector<Place> places_;  ///< every 2 m
-  std::unordered_map<std::int64_t, std::vector<std::uint32_t>> buckets_;
+  std::vector<Place> places_;               ///< every 2 m
   std::unordered_set<std::int64_t> taken_;  ///< cells of half a metre
   Eigen::Vector2d low_;
   Eigen::Vector2d high_;

@@ -9,7 +9,7 @@
 namespace topoloc::world {
 namespace {
 
-constexpr double kCell_m = 14.0;
+constexpr double kGrid_m = 14.0;
 constexpr double kAround_m = 750.0;
 
 double smooth(double x, double from, double to) {
@@ -57,7 +57,7 @@ void plant_woods(Maker& maker, const std::vector<double>& heights, int columns,
           0x300D, static_cast<std::uint64_t>(j) * 100000U + static_cast<std::uint64_t>(i)));
       const double fx = random.uniform();
       const double fy = random.uniform();
-      const Eigen::Vector2d p = low + kCell_m * Eigen::Vector2d(i + fx, j + fy);
+      const Eigen::Vector2d p = low + kGrid_m * Eigen::Vector2d(i + fx, j + fy);
       const double wood =
           noise::value(static_cast<float>(p.x() / 90.0), static_cast<float>(p.y() / 90.0), seed);
       if (!random.chance(wood > 0.55 ? 0.85 : 0.06)) {
@@ -66,7 +66,7 @@ void plant_woods(Maker& maker, const std::vector<double>& heights, int columns,
       const Site::Nearest nearest = maker.site.nearest(p);
       const Setting setting = section_at(maker.world.sections, nearest.along_m).setting;
       const double keep_m = setting == Setting::kHighway ? 24.0 : 32.0;
-      if (nearest.distance_m < keep_m || nearest.distance_m > kAround_m || !maker.site.free(p)) {
+      if (nearest.distance_m < keep_m || nearest.distance_m > kAround_m || !maker.site.is_free(p)) {
         continue;
       }
       if (setting == Setting::kTunnel && nearest.distance_m < 80.0) {
@@ -93,8 +93,8 @@ void make_terrain(Maker& maker) {
   const Eigen::Vector2d low = maker.site.low() - Eigen::Vector2d::Constant(kAround_m);
   const Eigen::Vector2d size =
       maker.site.high() - maker.site.low() + Eigen::Vector2d::Constant(2.0 * kAround_m);
-  const int columns = static_cast<int>(size.x() / kCell_m) + 1;
-  const int rows = static_cast<int>(size.y() / kCell_m) + 1;
+  const int columns = static_cast<int>(size.x() / kGrid_m) + 1;
+  const int rows = static_cast<int>(size.y() / kGrid_m) + 1;
   MeshBuilder builder = maker.unique();
   builder.set_frame({});
   const std::uint32_t grass = builder.surface(
@@ -106,7 +106,7 @@ void make_terrain(Maker& maker) {
   std::vector<std::uint32_t> vertices;
   for (int j = 0; j < rows; ++j) {
     for (int i = 0; i < columns; ++i) {
-      const Eigen::Vector2d p = low + kCell_m * Eigen::Vector2d(i, j);
+      const Eigen::Vector2d p = low + kGrid_m * Eigen::Vector2d(i, j);
       heights.push_back(height_at(maker, p));
       vertices.push_back(builder.vertex(Point(p.x(), p.y(), heights.back()), p));
     }

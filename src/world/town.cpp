@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "world/bump.hpp"
 #include "world/house.hpp"
+#include "world/steps.hpp"
 #include "world/town_lots.hpp"
 #include "world/world_maker.hpp"
 
@@ -14,7 +15,7 @@ namespace {
 constexpr double kStraight_1pm = 0.003;  // side streets leave where the road is straight
 
 bool room_for_side_street(const Maker& maker, double s) {
-  for (double ds = -9.0; ds <= 9.0; ds += 3.0) {
+  for (const double ds : steps(-9.0, 9.0 + 1e-9, 3.0)) {
     if (std::abs(maker.world.route.curvature_1pm(s + ds)) > kStraight_1pm ||
         maker.profile(s + ds).parking_m < 2.0) {
       return false;
@@ -33,9 +34,9 @@ bool room_for_side_street(const Maker& maker, double s) {
 
 // Places along a kerb where nothing else is.
 void add_parking(Maker& maker, const Section& section) {
-  constexpr double kPlace_m = 6.0;
+  constexpr double kKerbPlace_m = 6.0;
   for (const bool right : {true, false}) {
-    for (double s = maker.begin_m(section) + 3.0; s < maker.end_m(section); s += kPlace_m) {
+    for (const double s : steps(maker.begin_m(section) + 3.0, maker.end_m(section), kKerbPlace_m)) {
       const Profile profile = maker.profile(s);
       const bool crossing = std::any_of(maker.crossings.begin(), maker.crossings.end(),
                                         [&](double c) { return std::abs(c - s) < 7.5; });
@@ -51,7 +52,7 @@ void add_parking(Maker& maker, const Section& section) {
         T.R.col(0) *= -1.0;
         T.R.col(1) *= -1.0;
       }
-      maker.world.parking.push_back({T, kPlace_m});
+      maker.world.parking.push_back({T, kKerbPlace_m});
     }
   }
 }

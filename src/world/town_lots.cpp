@@ -4,6 +4,7 @@
 
 #include "world/house.hpp"
 #include "world/plants.hpp"
+#include "world/steps.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -64,7 +65,7 @@ bool take(Maker& maker, const Lot& lot, double from_x, double width_m, double de
   const Eigen::Vector2d x = lot.frame.R.col(0).head<2>();
   const Eigen::Vector2d y = lot.frame.R.col(1).head<2>();
   const Eigen::Vector2d corner = lot.frame.p.head<2>() + from_x * x + inset_m * y;
-  if (!maker.site.free(corner, width_m * x, depth_m * y)) {
+  if (!maker.site.is_free(corner, width_m * x, depth_m * y)) {
     return false;
   }
   maker.site.claim(corner, width_m * x, depth_m * y);
@@ -103,7 +104,7 @@ void add_boundary(Maker& maker, MeshBuilder& builder, Random& random, const Rigi
   } else if (kind == 1) {  // boards
     const std::uint32_t wood = builder.surface(
         Material::kFence, seed(), {1.0F, static_cast<float>(random.uniform(0.15, 0.5))});
-    for (double x = 0.0; x < length_m - 0.1; x += 0.13) {
+    for (const double x : steps(0.0, length_m - 0.1, 0.13)) {
       const double top = height_m + random.uniform(-0.015, 0.015);
       builder.box(Point(x, 0.1, -0.3), Point(x + 0.095, 0.122, top), wood);
     }
@@ -121,7 +122,7 @@ void add_boundary(Maker& maker, MeshBuilder& builder, Random& random, const Rigi
     const std::uint32_t iron =
         builder.surface(Material::kPole, seed(), {static_cast<float>(random.uniform(0.05, 0.2))});
     builder.box(Point(0.0, 0.05, -0.8), Point(length_m, 0.28, 0.4), wall);
-    for (double x = 0.1; x < length_m; x += 0.14) {
+    for (const double x : steps(0.1, length_m, 0.14)) {
       builder.bar(Point(x, 0.16, 0.4), Point(x, 0.16, height_m + 0.1), 0.011, 0.011, 3, iron);
     }
     for (const double z : {0.55, height_m}) {
@@ -136,7 +137,7 @@ void plant_yard(Maker& maker, Random& random, const RigidTransform& frame, doubl
   for (int i = 0; i < count; ++i) {
     const Point at =
         frame * Point(random.uniform(0.0, width_m), random.uniform(0.8, depth_m), -0.1);
-    if (!maker.site.free(at.head<2>())) {
+    if (!maker.site.is_free(at.head<2>())) {
       continue;
     }
     const bool tree = random.chance(0.35) && maker.site.nearest(at.head<2>()).distance_m > 9.5;
@@ -247,7 +248,7 @@ void make_yards(Maker& maker, const Section& section) {
   MeshBuilder builder = maker.unique();
   for (const bool right : {true, false}) {
     const double sign = right ? -1.0 : 1.0;
-    for (double s = maker.begin_m(section); s < maker.end_m(section); s += kPiece_m) {
+    for (const double s : steps(maker.begin_m(section), maker.end_m(section), kPiece_m)) {
       const District district = district_at(maker, s, right);
       const std::uint32_t surface =
           builder.surface(district.closed ? Material::kGround : Material::kGrass,
@@ -289,7 +290,7 @@ void make_town_lots(Maker& maker, const Section& section) {
     row.mirrored = !right;
     row.district = [&maker, right](double s) { return district_at(maker, s, right); };
     row.allowed = [&maker, right](double from, double to) {
-      for (double s = from; s <= to; s += 2.0) {
+      for (const double s : steps(from, to + 1e-9, 2.0)) {
         if (!maker.open(s, right, 0.3) || maker.profile(s).footway_m < 1.6) {
           return false;
         }

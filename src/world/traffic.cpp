@@ -6,6 +6,7 @@
 
 #include "world/noise.hpp"
 #include "world/profile.hpp"
+#include "world/steps.hpp"
 #include "world/vehicle_size.hpp"
 
 #include <algorithm>
@@ -16,24 +17,18 @@
 namespace topoloc::world {
 namespace {
 
-constexpr double kPlace_m = 2.0;     // between places of the table of times
-constexpr double kBefore_m = 400.0;  // road on which there is traffic before and after the route
-constexpr double kBehind_m = 130.0;  // vehicles are told of from here
-constexpr double kAhead_m = 360.0;   // to here
-constexpr double kHeadway_s = 1.7;   // at least, from front to front
+constexpr std::size_t kStreams = std::size_t{2} * kSlots;
+constexpr double kTable_m = 2.0;      // between places of the table of times
+constexpr double kOutside_m = 400.0;  // road on which there is traffic before and after the route
+constexpr double kSeenBehind_m = 130.0;  // vehicles are told of from here
+constexpr double kSeenAhead_m = 360.0;   // to here
+constexpr double kHeadway_s = 1.7;       // at least, from front to front
 
 struct Stream {
   bool right;
   int slot;
 };
 Stream stream_of(std::size_t index) { return {index < kSlots, static_cast<int>(index % kSlots)}; }
-
-double speed_at(const World& world, const Stream& stream, double along_m) {
-  constexpr double kPerLane_mps = 4.5;
-  const Section& section = section_at(world.sections, along_m);
-  const bool first = stream.right && stream.slot == 0;
-  return section.limit_mps * (first ? 0.85 : 0.95) + kPerLane_mps * stream.slot;
-}
 
 bool open_at(const World& world, const Stream& stream, double along_m) {
   constexpr double kMargin_m = 12.0;
@@ -49,7 +44,7 @@ bool open_at(const World& world, const Stream& stream, double along_m) {
 
 double time_at(const std::vector<double>& times, double along_m) {
   const double place =
-      std::clamp((along_m + kBefore_m) / kPlace_m, 0.0, static_cast<double>(times.size()) - 1.001);
+      std::clamp((along_m + kOutside_m) / kTable_m, 0.0, static_cast<double>(times.size()) - 1.001);
   const auto i = static_cast<std::size_t>(place);
   return std::lerp(times[i], times[i + 1], place - static_cast<double>(i));
 }
@@ -58,7 +53,7 @@ double place_at(const std::vector<double>& times, double time_s) {
   const auto next = std::lower_bound(times.begin() + 1, times.end() - 1, time_s);
   const auto i = static_cast<std::size_t>(next - times.begin()) - 1;
   const double share = (time_s - times[i]) / (times[i + 1] - times[i]);
-  return (static_cast<double>(i) + share) * kPlace_m - kBefore_m;
+  return (static_cast<double>(i) + share) * kTable_m - kOutside_m;
 }
 
 std::uint32_t model_for(const World& world, Random& random, const Stream& stream, double along_m) {
@@ -112,7 +107,7 @@ std::size_t ego_stream(const World& world, double along_m, double left_m) {
   const Profile profile = profile_at(world.sections, along_m);
   std::size_t best = 0;
   double nearest = 1e9;
-  for (std::size_t i = 0; i < 2 * kSlots; ++i) {
+  for (std::size_t i = 0; i < kStreams; ++i) {
     const Stream stream = stream_of(i);
     const auto slot = static_cast<std::size_t>(stream.slot);
     if ((stream.right ? profile.right_m : profile.left_m)[slot] > 1.0) {
@@ -129,12 +124,13 @@ std::size_t ego_stream(const World& world, double along_m, double left_m) {
 }  // namespace
 
 std::vector<std::vector<double>> travel_times(const World& world) {
-  std::vector<std::vector<double>> result(2 * kSlots);
+  std::vector<std::vector<double>> result(kStreams);
   for (std::size_t i = 0; i < result.size(); ++i) {
     double time_s = 0.0;
-    for (double s = -kBefore_m; s < world.route.length_m() + kBefore_m; s += kPlace_m) {
+    for (const double s : steps(-kOutside_m, world.route.length_m() + kOutside_m, kTable_m)) {
       result[i].push_back(time_s);
-      time_s += kPlace_m / speed_at(world, stream_of(i), s);
+      const Stream stream = stream_of(i);
+      time_s += kTable_m / lane_speed_mps(section_at(world.sections, s), stream.right, stream.slot);
     }
   }
   return result;
@@ -146,7 +142,7 @@ std::vector<Instance> Visit::moving(double time_s, double ego_along_m, double eg
     return result;
   }
   const std::size_t own = ego_stream(*world_, ego_along_m, ego_left_m);
-  for (std::size_t i = 0; i < 2 * kSlots; ++i) {
+  for (std::size_t i = 0; i < kStreams; ++i) {
     if (i == own) {
       continue;
     }
@@ -155,12 +151,12 @@ std::vector<Instance> Visit::moving(double time_s, double ego_along_m, double eg
     // As many on each lane as if there were two; from the mean speed, since the spacing in time
     // must not change while one drives.
     constexpr double kLanes = 2.0;
-    const double mean_mps = (world_->route.length_m() + 2.0 * kBefore_m) / times.back();
+    const double mean_mps = (world_->route.length_m() + 2.0 * kOutside_m) / times.back();
     const double spacing_s =
         std::max(2.0 * kHeadway_s, kLanes * 1000.0 / (spec_.traffic_per_km * mean_mps));
     const double way = stream.right ? time_s : -time_s;
-    const double from = time_at(times, ego_along_m - kBehind_m) - way;
-    const double to = time_at(times, ego_along_m + kAhead_m) - way;
+    const double from = time_at(times, ego_along_m - kSeenBehind_m) - way;
+    const double to = time_at(times, ego_along_m + kSeenAhead_m) - way;
     for (auto k = static_cast<std::int64_t>(std::floor(from / spacing_s)) - 1;
          static_cast<double>(k - 1) * spacing_s < to; ++k) {
       const std::uint64_t seed = key(spec_.seed, {0x7AF1, i, static_cast<std::uint64_t>(k)});
@@ -171,7 +167,7 @@ std::vector<Instance> Visit::moving(double time_s, double ego_along_m, double eg
         continue;
       }
       const double along_m = place_at(times, at_s);
-      if (along_m < ego_along_m - kBehind_m || along_m > ego_along_m + kAhead_m ||
+      if (along_m < ego_along_m - kSeenBehind_m || along_m > ego_along_m + kSeenAhead_m ||
           !open_at(*world_, stream, along_m)) {
         continue;
       }

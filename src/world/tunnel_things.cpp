@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "world/steps.hpp"
 #include "world/tunnel.hpp"
 
 #include <cmath>
@@ -7,7 +8,7 @@
 namespace topoloc::world {
 namespace {
 
-constexpr double kLampEvery_m = 9.0;
+constexpr double kTunnelLampEvery_m = 9.0;
 constexpr double kEscapeEvery_m = 25.0;
 constexpr double kNicheEvery_m = 75.0;
 constexpr double kFanEvery_m = 90.0;
@@ -18,7 +19,7 @@ void add_lamps(Maker& maker, const Section& section) {
   MeshBuilder builder = maker.unique();
   const std::uint32_t housing = builder.surface(Material::kPole, 901, {0.4F});
   const std::uint32_t light = builder.surface(Material::kLamp, 902, {3.0F, 1.0F});
-  for (double s = section.begin_m + 3.0; s < section.end_m; s += kLampEvery_m) {
+  for (const double s : steps(section.begin_m + 3.0, section.end_m, kTunnelLampEvery_m)) {
     const Bore bore = bore_at(maker, s);
     for (const double y : {bore.right_m + 1.75, bore.left_m - 1.75}) {
       const double z = bore.roof_m - 0.25;
@@ -49,7 +50,8 @@ RigidTransform on_wall(const Maker& maker, double s, bool right, double up_m) {
 
 void add_escape_signs(Maker& maker, const Section& section, Random& random) {
   MeshBuilder builder = maker.unique();
-  for (double s = section.begin_m + 0.5 * kEscapeEvery_m; s < section.end_m; s += kEscapeEvery_m) {
+  for (const double s :
+       steps(section.begin_m + 0.5 * kEscapeEvery_m, section.end_m, kEscapeEvery_m)) {
     const std::uint32_t face =
         builder.surface(Material::kSign, static_cast<std::uint32_t>(random.next()),
                         {0.8F, 0.35F, 7.0F, 0.3F});  // its number is its own
@@ -69,8 +71,8 @@ void add_niches(Maker& maker, const Section& section, Random& random) {
   const std::uint32_t inside = builder.surface(Material::kPole, 912, {0.62F});
   const std::uint32_t door = builder.surface(Material::kDoor, 913, {1.1F, 2.1F, 2.0F, 0.3F});
   const std::uint32_t light = builder.surface(Material::kLamp, 914, {1.5F, 1.0F});
-  for (double s = section.begin_m + 0.4 * kNicheEvery_m; s < section.end_m - 6.0;
-       s += kNicheEvery_m) {
+  for (const double s :
+       steps(section.begin_m + 0.4 * kNicheEvery_m, section.end_m - 6.0, kNicheEvery_m)) {
     const bool right = true;
     builder.set_frame(on_wall(maker, s, right, 0.16));
     // The surround stands out of the wall: what looks like a recess costs no hole.
@@ -96,7 +98,8 @@ void add_fans(Maker& maker, const Section& section) {
   MeshBuilder builder = maker.unique();
   const std::uint32_t steel = builder.surface(Material::kGuardRail, 921);
   const std::uint32_t dark = builder.surface(Material::kPole, 922, {0.05F});
-  for (double s = section.begin_m + 0.7 * kFanEvery_m; s < section.end_m - 10.0; s += kFanEvery_m) {
+  for (const double s :
+       steps(section.begin_m + 0.7 * kFanEvery_m, section.end_m - 10.0, kFanEvery_m)) {
     const Bore bore = bore_at(maker, s);
     const double middle = 0.5 * (bore.right_m + bore.left_m);
     builder.set_frame(maker.upright(s, 0.0));
@@ -133,7 +136,7 @@ void add_lines(Maker& maker, const Section& section) {
         tray);
     const std::uint32_t eye = builder.surface(Material::kSign, 941, {0.1F, 0.1F, 4.0F, 1.0F});
     const std::uint32_t body = builder.surface(Material::kPole, 942, {0.2F});
-    for (double s = section.begin_m + 2.0; s < section.end_m; s += kReflectorEvery_m) {
+    for (const double s : steps(section.begin_m + 2.0, section.end_m, kReflectorEvery_m)) {
       builder.set_frame(on_wall(maker, s, right, 0.55));
       builder.box(Point(-0.03, -0.09, -0.06), Point(0.03, 0.0, 0.06), body, true);
       builder.quad(Point(-0.034, -0.085, -0.05), Point(0.0, 0.08, 0.0), Point(0.0, 0.0, 0.1), eye);

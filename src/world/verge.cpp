@@ -3,6 +3,7 @@
 #include "world/verge.hpp"
 
 #include "world/noise.hpp"
+#include "world/steps.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +22,7 @@ void make_side(Maker& maker, double begin_m, double end_m, bool right) {
   MeshBuilder builder = maker.unique();
   const double sign = right ? -1.0 : 1.0;
   constexpr double kPiece_m = 160.0;
-  for (double s = begin_m; s < end_m; s += kPiece_m) {
+  for (const double s : steps(begin_m, end_m, kPiece_m)) {
     const std::uint32_t grass = builder.surface(
         Material::kGrass,
         static_cast<std::uint32_t>(maker.draw(0x6A55, static_cast<std::uint64_t>(s + 1e4))),
@@ -78,7 +79,7 @@ void plant_side(Maker& maker, double begin_m, double end_m, bool right) {
   const auto any = [&](const std::vector<std::uint32_t>& meshes) {
     return meshes[static_cast<std::size_t>(random.below(static_cast<int>(meshes.size())))];
   };
-  for (double s = begin_m; s < end_m; s += 0.8) {
+  for (const double s : steps(begin_m, end_m, 0.8)) {
     // Herbs in drifts, dense where it is not mown.
     const double drift = noise::value(static_cast<float>(s / 17.0), right ? 1.5F : 4.5F,
                                       static_cast<std::uint32_t>(maker.world.spec.seed));
@@ -107,7 +108,7 @@ void plant_side(Maker& maker, double begin_m, double end_m, bool right) {
 
 void plant_median(Maker& maker, double begin_m, double end_m) {
   Random random(maker.draw(0x3ED2, static_cast<std::uint64_t>(begin_m + 1e4)));
-  for (double s = begin_m; s < end_m; s += 1.1) {
+  for (const double s : steps(begin_m, end_m, 1.1)) {
     const double half = maker.profile(s).median_half_m;
     if (half > 1.2 && random.chance(0.45)) {
       const auto& tufts = maker.prototypes.tufts;

@@ -49,19 +49,16 @@ std::vector<Lane> World::lanes(double along_m) const {
   const Profile profile = profile_at(sections, along_m);
   const Section& section = section_at(sections, along_m);
   std::vector<Lane> result;
-  // Faster towards the middle, where there is more than one lane.
-  const auto speed = [&](int slot, bool first) {
-    constexpr double kPerLane_mps = 4.5;
-    return section.limit_mps * (first ? 0.85 : 0.95) + kPerLane_mps * slot;
-  };
   for (int slot = 0; slot < kSlots; ++slot) {
     if (profile.right_m[static_cast<std::size_t>(slot)] > kLaneOpen_m) {
-      result.push_back({profile.lane_middle(true, slot), true, speed(slot, slot == 0)});
+      result.push_back(
+          {profile.lane_middle(true, slot), true, lane_speed_mps(section, true, slot)});
     }
   }
   for (int slot = kSlots - 1; slot >= 0; --slot) {
     if (section.two_way && profile.left_m[static_cast<std::size_t>(slot)] > kLaneOpen_m) {
-      result.push_back({profile.lane_middle(false, slot), false, speed(slot, false)});
+      result.push_back(
+          {profile.lane_middle(false, slot), false, lane_speed_mps(section, false, slot)});
     }
   }
   return result;

@@ -106,7 +106,8 @@ World make_world(const WorldSpec& spec);
 struct VisitSpec {
   std::uint64_t seed = 1;
   double parked_share = 0.5;     ///< of the places along kerbs that are taken
-  double traffic_per_km = 12.0;  ///< vehicles on the road
+  double traffic_per_km = 12.0;  ///< moving vehicles on a road of one lane each way; more lanes
+                                 ///< carry more
 };
 
 /// Cars, parked and moving, during one drive.
