@@ -16,7 +16,8 @@ namespace topoloc::rendering {
 namespace {
 
 constexpr double kCell_m = 0.5;         // on triangles
-constexpr double kPlantCell_m = 0.7;    // between leaves
+constexpr double kPlantCell_m = 1.0;    // between leaves
+constexpr double kPlantCoarse = 0.04;   // of the distance: leaves hide what goes on among them
 constexpr double kVehicleCell_m = 1.0;  // above vehicles
 constexpr double kVehicleHeight_m = 3.0;
 constexpr double kBounceReach_m = 60.0;
@@ -26,12 +27,14 @@ constexpr float kBounceAlbedo = 0.22F;  // of what surrounds a road, on the aver
 constexpr double kLift_m = 0.03;
 constexpr double kInset_m = 0.04;
 
+/// Poles are as thin as plants.
 enum class Kind : std::uint8_t { kTriangle, kPlant, kVehicle };
 
 Kind kind_of(world::Material material) {
   switch (material) {
     case world::Material::kFoliage:
     case world::Material::kBark:
+    case world::Material::kPole:
       return Kind::kPlant;
     case world::Material::kCarBody:
     case world::Material::kCarGlass:
@@ -157,7 +160,8 @@ Ambient::Value Ambient::on_triangle(const Hit& hit, double footprint_m) {
   };
   const Eigen::Vector2d least = flat_corners[0].cwiseMin(flat_corners[1]).cwiseMin(flat_corners[2]);
   const Eigen::Vector2d most = flat_corners[0].cwiseMax(flat_corners[1]).cwiseMax(flat_corners[2]);
-  const double cell = spacing_m(kCell_m, footprint_m);
+  const bool rail = hit.surface->material == world::Material::kGuardRail;
+  const double cell = spacing_m(rail ? 2.0 * kCell_m : kCell_m, footprint_m);
   if ((most - least).maxCoeff() < cell) {  // one node for small ones; blades of grass share some
     if (hit.surface->material == world::Material::kGrass) {
       return in_plant(hit, footprint_m);
@@ -169,8 +173,9 @@ Ambient::Value Ambient::on_triangle(const Hit& hit, double footprint_m) {
   const Eigen::Vector2d corner = at.array().floor();
   const auto node = [&](int i, int j) {
     const Eigen::Vector2d p = corner + Eigen::Vector2d(i, j);
-    const std::uint64_t key = world::key(
-        hit.object, {hit.triangle, side, bits(std::llround(p.x())), bits(std::llround(p.y()))});
+    const std::uint64_t key =
+        world::key(hit.object, {hit.triangle, side, bits(std::llround(2.0 * cell)),
+                                bits(std::llround(p.x())), bits(std::llround(p.y()))});
     return remembered(key, Gather::kHemisphere,
                       [&] { return lifted(clamped(cell * p, flat_corners)); });
   };
@@ -202,7 +207,9 @@ Ambient::Value Ambient::in_space(const Eigen::Vector3d& point_m, double size_m, 
 
 /// Leaves lie in all directions and let light through.
 Ambient::Value Ambient::in_plant(const Hit& hit, double footprint_m) {
-  return in_space(hit.point_m, spacing_m(kPlantCell_m, footprint_m), Gather::kSphere);
+  return in_space(hit.point_m,
+                  spacing_m(kPlantCell_m, std::max(footprint_m, kPlantCoarse * hit.distance_m)),
+                  Gather::kSphere);
 }
 
 /// What reaches a place above the vehicle, by how far a part of it faces up; below there is light
@@ -239,7 +246,7 @@ Ambient::Value Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vec
       continue;
     }
     skip = !skip;
-    if (skip || hits[i]->distance_m > kBounceReach_m) {
+    if (gather == Gather::kSphere || skip || hits[i]->distance_m > kBounceReach_m) {
       continue;
     }
     const Hit& met = *hits[i];
@@ -252,12 +259,15 @@ Ambient::Value Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vec
       strengths[count++] = static_cast<float>(light_.sun * cosine);
     }
   }
-  std::array<std::uint8_t, 2 * kHemisphereRays> blocked{};
-  raycaster_->blocked(std::span(lights).first(count), blocked, Obstacles::kFixed);
   for (std::size_t i = 0; i < count; ++i) {
-    sum.irradiance += blocked[i] != 0 ? 0.0F : 2.0F * kBounceAlbedo * strengths[i];
+    if (!raycaster_->blocked(lights[i], Obstacles::kFixed)) {
+      sum.irradiance += 2.0F * kBounceAlbedo * strengths[i];
+    }
   }
   constexpr auto kShare = static_cast<float>(1.0 / kHemisphereRays);
+  if (gather == Gather::kSphere) {  // what leaves and ground reflect is not followed
+    sum.irradiance += kBounceAlbedo * sky_->irradiance() * sum.openness;
+  }
   return {sum.irradiance * kShare, sum.openness * kShare};
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 // Two lamps of 20,000 candela, in units of full day light (100 klx) at 1 m.
 constexpr double kPeak = 0.4;
-constexpr double kReach_m = 150.0;
+constexpr double kBeamReach_m = 150.0;
 constexpr double kDegree = 0.017453292519943295;
 
 /// Low beam: bright below its cut-off 0.6 degrees under the horizon, little light above.
@@ -29,7 +29,7 @@ double pattern(const Eigen::Vector3d& p) {
 HeadLamps::Light HeadLamps::at(const Raycaster& raycaster, const Hit& hit) const {
   const Eigen::Vector3d p = T_lamps_world_ * hit.point_m;
   const double distance_m = p.norm();
-  if (p.x() <= 0.1 || distance_m > kReach_m) {
+  if (p.x() <= 0.1 || distance_m > kBeamReach_m) {
     return {};
   }
   const double beam = kPeak * pattern(p) / (distance_m * distance_m);

@@ -10,8 +10,8 @@
 namespace topoloc::rendering {
 namespace {
 
-constexpr double kCell_m = 10.0;
-constexpr double kReach_m = 45.0;
+constexpr double kLampCell_m = 10.0;
+constexpr double kLampReach_m = 45.0;
 constexpr std::size_t kMostOfCell = 10;
 constexpr std::size_t kMostShadows = 3;
 
@@ -19,7 +19,9 @@ std::uint64_t cell_key(std::int64_t x, std::int64_t y) {
   return static_cast<std::uint64_t>(x) << 32U ^ (static_cast<std::uint64_t>(y) & 0xFFFFFFFFU);
 }
 
-std::int64_t cell_of(double x_m) { return static_cast<std::int64_t>(std::floor(x_m / kCell_m)); }
+std::int64_t cell_of(double x_m) {
+  return static_cast<std::int64_t>(std::floor(x_m / kLampCell_m));
+}
 
 double smooth_step(double from, double to, double x) {
   const double t = std::clamp((x - from) / (to - from), 0.0, 1.0);
@@ -30,7 +32,7 @@ double smooth_step(double from, double to, double x) {
 double strength(const world::Lamp& lamp, const Eigen::Vector3d& to_point) {
   constexpr double kLeast_m = 0.3;  // a lamp is no point
   const double d2 = std::max(to_point.squaredNorm(), kLeast_m * kLeast_m);
-  if (d2 > kReach_m * kReach_m) {
+  if (d2 > kLampReach_m * kLampReach_m) {
     return 0.0;
   }
   const double cosine = lamp.direction.dot(to_point) / std::sqrt(d2);
@@ -38,7 +40,8 @@ double strength(const world::Lamp& lamp, const Eigen::Vector3d& to_point) {
       lamp.cos_cone <= -1.0
           ? 1.0
           : smooth_step(lamp.cos_cone, lamp.cos_cone + 0.3 * (1.0 - lamp.cos_cone), cosine);
-  const double fade = 1.0 - d2 / (kReach_m * kReach_m);  // nothing switches on with distance
+  const double fade =
+      1.0 - d2 / (kLampReach_m * kLampReach_m);  // nothing switches on with distance
   return lamp.intensity * cone * fade * fade / d2;
 }
 
@@ -51,8 +54,9 @@ Lamps::Lamps(const Raycaster& raycaster, bool lit) : raycaster_(&raycaster) {
       continue;
     }
     const Eigen::Vector3d& p = lamps[i].position_m;
-    for (std::int64_t x = cell_of(p.x() - kReach_m); x <= cell_of(p.x() + kReach_m); ++x) {
-      for (std::int64_t y = cell_of(p.y() - kReach_m); y <= cell_of(p.y() + kReach_m); ++y) {
+    for (std::int64_t x = cell_of(p.x() - kLampReach_m); x <= cell_of(p.x() + kLampReach_m); ++x) {
+      for (std::int64_t y = cell_of(p.y() - kLampReach_m); y <= cell_of(p.y() + kLampReach_m);
+           ++y) {
         cells_[cell_key(x, y)].push_back(i);
       }
     }
@@ -62,8 +66,8 @@ Lamps::Lamps(const Raycaster& raycaster, bool lit) : raycaster_(&raycaster) {
       continue;
     }
     const Eigen::Vector2d middle(
-        (static_cast<double>(static_cast<std::int32_t>(key >> 32U)) + 0.5) * kCell_m,
-        (static_cast<double>(static_cast<std::int32_t>(key)) + 0.5) * kCell_m);
+        (static_cast<double>(static_cast<std::int32_t>(key >> 32U)) + 0.5) * kLampCell_m,
+        (static_cast<double>(static_cast<std::int32_t>(key)) + 0.5) * kLampCell_m);
     const auto weight = [&](std::uint32_t i) {
       return lamps[i].intensity / (25.0 + (lamps[i].position_m.head<2>() - middle).squaredNorm());
     };

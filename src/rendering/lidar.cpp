@@ -15,7 +15,7 @@
 namespace topoloc::rendering {
 namespace {
 
-Eigen::Vector3d direction(double azimuth_rad, double elevation_rad) {
+Eigen::Vector3d beam_direction(double azimuth_rad, double elevation_rad) {
   return {std::cos(elevation_rad) * std::cos(azimuth_rad),
           std::cos(elevation_rad) * std::sin(azimuth_rad), std::sin(elevation_rad)};
 }
@@ -85,8 +85,8 @@ std::vector<LidarPoint> scan(const Raycaster& raycaster, const LidarSpec& spec,
     std::vector<std::optional<Hit>> hits(beams);
     for (std::size_t b = 0; b < beams; ++b) {
       const double share = beams > 1 ? static_cast<double>(b) / (spec.beams - 1) : 0.0;
-      directions[b] =
-          direction(azimuth_rad, spec.lowest_rad + share * (spec.highest_rad - spec.lowest_rad));
+      directions[b] = beam_direction(
+          azimuth_rad, spec.lowest_rad + share * (spec.highest_rad - spec.lowest_rad));
       rays[b] = {T.p, T.R * directions[b], spec.max_range_m};
     }
     raycaster.cast(rays, hits);

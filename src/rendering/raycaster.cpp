@@ -3,6 +3,7 @@
 #include "topoloc/rendering/raycaster.hpp"
 
 #include "rendering/embree_handles.hpp"
+#include "rendering/ray_packet.hpp"
 #include "rendering/triangle_hit.hpp"
 
 #include <algorithm>
@@ -39,19 +40,6 @@ void check(const world::World& world, std::span<const world::Instance> instances
   }
 }
 
-RTCRay embree_ray(const Ray& ray) {
-  RTCRay result{};
-  result.org_x = static_cast<float>(ray.origin_m.x());
-  result.org_y = static_cast<float>(ray.origin_m.y());
-  result.org_z = static_cast<float>(ray.origin_m.z());
-  result.dir_x = static_cast<float>(ray.direction.x());
-  result.dir_y = static_cast<float>(ray.direction.y());
-  result.dir_z = static_cast<float>(ray.direction.z());
-  result.tfar = static_cast<float>(ray.max_m);
-  result.mask = 0xFFFFFFFFU;
-  return result;
-}
-
 /// Embree's sign for a hit.
 bool is_blocked(float tfar) { return std::isinf(tfar) && tfar < 0.0F; }
 
@@ -62,36 +50,10 @@ bool blocked_in(RTCScene scene, RTCRay ray) {
   return is_blocked(ray.tfar);
 }
 
-constexpr std::size_t kPacket = 16;
-
-/// Up to sixteen rays, side by side.
-struct Packet {
-  explicit Packet(std::span<const Ray> from) {
-    RTCRay16& to = rays.ray;
-    for (std::size_t i = 0; i < kPacket && !from.empty(); ++i) {
-      // Empty places hold a ray too: Embree's bounds of all rays must be finite.
-      const RTCRay ray = embree_ray(from[std::min(i, from.size() - 1)]);
-      valid[i] = i < from.size() ? -1 : 0;
-      to.org_x[i] = ray.org_x;
-      to.org_y[i] = ray.org_y;
-      to.org_z[i] = ray.org_z;
-      to.dir_x[i] = ray.dir_x;
-      to.dir_y[i] = ray.dir_y;
-      to.dir_z[i] = ray.dir_z;
-      to.tfar[i] = ray.tfar;
-      to.mask[i] = ray.mask;
-    }
-  }
-  alignas(64) std::array<int, kPacket> valid{};
-  alignas(64) RTCRayHit16 rays{};
-};
-
-/// Rays of one packet may start anywhere and go anywhere: as "coherent" ones, Embree 3 goes over
-/// them without end.
-RTCIntersectContext of_any_rays() {
+RTCIntersectContext coherent() {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   return context;
 }
 
@@ -118,6 +80,14 @@ struct Raycaster::Scene {
   [[nodiscard]] std::array<RTCScene, 2> among(Obstacles obstacles) const {
     return {obstacles == Obstacles::kFixed ? nullptr : moving.get(),
             obstacles == Obstacles::kMoving ? nullptr : fixed.get()};
+  }
+  void intersect(Packet& packet, Obstacles obstacles) const {
+    for (RTCScene scene : among(obstacles)) {
+      if (scene != nullptr) {
+        RTCIntersectContext context = coherent();
+        rtcIntersect16(packet.valid.data(), scene, &context, &packet.rays);
+      }
+    }
   }
   [[nodiscard]] Hit hit_of(const Ray& ray, const RTCHit& at, double embree_m) const;
 };
@@ -244,16 +214,7 @@ void Raycaster::cast(std::span<const Ray> rays, std::span<std::optional<Hit>> hi
   for (std::size_t first = 0; first < rays.size(); first += kPacket) {
     const auto part = rays.subspan(first, std::min(kPacket, rays.size() - first));
     Packet packet(part);
-    for (std::size_t i = 0; i < kPacket; ++i) {
-      packet.rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-      packet.rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
-    }
-    for (RTCScene scene : scene_->among(obstacles)) {
-      if (scene != nullptr) {
-        RTCIntersectContext context = of_any_rays();
-        rtcIntersect16(packet.valid.data(), scene, &context, &packet.rays);
-      }
-    }
+    scene_->intersect(packet, obstacles);
     for (std::size_t i = 0; i < part.size(); ++i) {
       if (packet.rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
         hits[first + i].reset();
@@ -267,11 +228,17 @@ void Raycaster::cast(std::span<const Ray> rays, std::span<std::optional<Hit>> hi
   }
 }
 
-// One by one: with the packets of Embree 3.13 (rtcOccluded16) some never return.
+// With rtcIntersect16, not rtcOccluded16: some packets never return from that of Embree 3.13.5.
+// Sixteen nearest hits still take less time than sixteen single questions whether there is one.
 void Raycaster::blocked(std::span<const Ray> rays, std::span<std::uint8_t> results,
                         Obstacles obstacles) const {
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    results[i] = blocked(rays[i], obstacles) ? 1 : 0;
+  for (std::size_t first = 0; first < rays.size(); first += kPacket) {
+    const auto part = rays.subspan(first, std::min(kPacket, rays.size() - first));
+    Packet packet(part);
+    scene_->intersect(packet, obstacles);
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      results[first + i] = packet.rays.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID ? 1 : 0;
+    }
   }
 }
 

@@ -157,7 +157,7 @@ float Shading::radiance(const Patch& patch) {
     }
   }
   const bool shines = light_.lamps_lit || around.openness < kIndoors;
-  float result = look.albedo * irradiance + thrown_back + (shines ? look.emission : 0.0F);
+  float result = look.albedo * irradiance + thrown_back;
   constexpr float kDull = 0.02F;
   if (look.gloss > kDull) {
     // After Schlick: everything mirrors at grazing incidence.
@@ -165,9 +165,12 @@ float Shading::radiance(const Patch& patch) {
     const float grazing = 1.0F - cosine;
     const float share =
         look.gloss + (1.0F - look.gloss) * 0.6F * grazing * grazing * grazing * grazing * grazing;
-    result = (1.0F - share) * result + share * mirrored(hit, direction, ambient);
+    // What is hardly smooth mirrors everything around at once.
+    constexpr float kSmooth = 0.08F;
+    const float seen = look.gloss < kSmooth ? ambient : mirrored(hit, direction, ambient);
+    result = (1.0F - share) * result + share * seen;
   }
-  return result;
+  return result + (shines ? look.emission : 0.0F);
 }
 
 }  // namespace topoloc::rendering

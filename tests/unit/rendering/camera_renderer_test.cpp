@@ -199,7 +199,7 @@ TEST(CameraRenderer, RollingShutterSkewsAnEdgeByWhatItTurnsFromRowToRow) {
   for (const int row : {0, 25, 50, 75, 99}) {
     const double time_s = spec.readout_s * (row / (pinhole.height_px - 1.0) - 0.5);
     const double expected_px = pinhole.cx_px - pinhole.fx_px * std::tan(kRate_radps * time_s);
-    EXPECT_NEAR(edge_px(image, row), expected_px, 0.15) << row;
+    EXPECT_NEAR(edge_px(image, row), expected_px, 0.25) << row;
   }
 }
 

@@ -6,6 +6,7 @@
 #include "topoloc/world/random.hpp"
 #include "topoloc/world/world.hpp"
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 
@@ -17,7 +18,13 @@ namespace topoloc::rendering::test {
 
 inline std::uint32_t add_surface(world::World& world, world::Material material,
                                  std::uint32_t seed = 1) {
-  world.surfaces.push_back({material, seed, {}});
+  std::array<float, 4> parameters{0.0F, 0.4F, 0.4F, 0.0F};  // kind, tone: see appearance.cpp
+  if (material == world::Material::kAsphalt) {
+    parameters = {0.3F, 0.0F, 0.0F, 0.12F};
+  } else if (material == world::Material::kLamp) {
+    parameters = {0.5F, 0.0F, 0.0F, 0.0F};
+  }
+  world.surfaces.push_back({material, seed, parameters});
   return static_cast<std::uint32_t>(world.surfaces.size() - 1);
 }
 
