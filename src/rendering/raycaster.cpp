@@ -64,14 +64,17 @@ bool blocked_in(RTCScene scene, RTCRay ray) {
 
 constexpr std::size_t kPacket = 16;
 
+RTCRay16& rays_of(RTCRayHit16& packet) { return packet.ray; }
+RTCRay16& rays_of(RTCRay16& packet) { return packet; }
+
 /// Up to sixteen rays, side by side.
+template <typename Rays>
 struct Packet {
   explicit Packet(std::span<const Ray> from) {
-    RTCRay16& to = rays.ray;
-    for (std::size_t i = 0; i < kPacket && !from.empty(); ++i) {
-      // Empty places hold a ray too: Embree's bounds of all rays must be finite.
-      const RTCRay ray = embree_ray(from[std::min(i, from.size() - 1)]);
-      valid[i] = i < from.size() ? -1 : 0;
+    RTCRay16& to = rays_of(rays);
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      const RTCRay ray = embree_ray(from[i]);
+      valid[i] = -1;
       to.org_x[i] = ray.org_x;
       to.org_y[i] = ray.org_y;
       to.org_z[i] = ray.org_z;
@@ -83,13 +86,15 @@ struct Packet {
     }
   }
   alignas(64) std::array<int, kPacket> valid{};
-  alignas(64) RTCRayHit16 rays{};
+  alignas(64) Rays rays{};
 };
 
-RTCIntersectContext coherent() {
+/// Rays of one packet may start anywhere and go anywhere: as "coherent" ones, Embree 3 goes over
+/// them without end.
+RTCIntersectContext of_any_rays() {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
   return context;
 }
 
@@ -241,14 +246,14 @@ void Raycaster::cast(std::span<const Ray> rays, std::span<std::optional<Hit>> hi
                      Obstacles obstacles) const {
   for (std::size_t first = 0; first < rays.size(); first += kPacket) {
     const auto part = rays.subspan(first, std::min(kPacket, rays.size() - first));
-    Packet packet(part);
+    Packet<RTCRayHit16> packet(part);
     for (std::size_t i = 0; i < kPacket; ++i) {
       packet.rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
       packet.rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
     }
     for (RTCScene scene : scene_->among(obstacles)) {
       if (scene != nullptr) {
-        RTCIntersectContext context = coherent();
+        RTCIntersectContext context = of_any_rays();
         rtcIntersect16(packet.valid.data(), scene, &context, &packet.rays);
       }
     }
@@ -265,11 +270,20 @@ void Raycaster::cast(std::span<const Ray> rays, std::span<std::optional<Hit>> hi
   }
 }
 
-// One by one: with the packets of Embree 3.13 (rtcOccluded16) some never return.
 void Raycaster::blocked(std::span<const Ray> rays, std::span<std::uint8_t> results,
                         Obstacles obstacles) const {
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    results[i] = blocked(rays[i], obstacles) ? 1 : 0;
+  for (std::size_t first = 0; first < rays.size(); first += kPacket) {
+    const auto part = rays.subspan(first, std::min(kPacket, rays.size() - first));
+    Packet<RTCRay16> packet(part);
+    for (RTCScene scene : scene_->among(obstacles)) {
+      if (scene != nullptr) {
+        RTCIntersectContext context = of_any_rays();
+        rtcOccluded16(packet.valid.data(), scene, &context, &packet.rays);
+      }
+    }
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      results[first + i] = is_blocked(packet.rays.tfar[i]) ? 1 : 0;
+    }
   }
 }
 

@@ -55,8 +55,8 @@ class Clock {
   /// To a place, at constant acceleration.
   void go(double to_m, double way_m, double from_mps, double to_mps) {
     const double duration_s = 2.0 * way_m / std::max(from_mps + to_mps, 1e-3);
-    for (; next_s_ <= now_s_ + duration_s; next_s_ += kStep_s) {
-      const double t = next_s_ - now_s_;
+    while (next_s() <= now_s_ + duration_s) {
+      const double t = next_s() - now_s_;
       const double gone_m =
           from_mps * t + 0.5 * (to_mps - from_mps) / std::max(duration_s, 1e-9) * t * t;
       out_->push_back(here_m_ + (to_m - here_m_) * std::clamp(gone_m / way_m, 0.0, 1.0));
@@ -65,17 +65,19 @@ class Clock {
     here_m_ = to_m;
   }
   void stand(double duration_s) {
-    for (; next_s_ <= now_s_ + duration_s; next_s_ += kStep_s) {
+    while (next_s() <= now_s_ + duration_s) {
       out_->push_back(here_m_);
     }
     now_s_ += duration_s;
   }
 
  private:
+  /// Time of the next step.
+  [[nodiscard]] double next_s() const { return static_cast<double>(out_->size()) * kStep_s; }
+
   std::vector<double>* out_;
   double here_m_;
   double now_s_ = 0.0;
-  double next_s_ = 0.0;
 };
 
 void drive(const Leg& leg, const Path& path, const Road& road, const DrivingStyle& style,

@@ -4,6 +4,7 @@
 #include "topoloc/world/random.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 namespace topoloc::simulation {
@@ -25,7 +26,9 @@ struct TownPlaces {
 
 std::optional<TownPlaces> town_places(const world::Route& route, double from_m, double to_m) {
   std::optional<TownPlaces> places;
-  for (double at_m = from_m; at_m <= to_m; at_m += 1.0) {
+  const auto metres = static_cast<int>(std::floor(std::max(0.0, to_m - from_m)));
+  for (int i = 0; i <= metres; ++i) {
+    const double at_m = from_m + i;
     if (town(route, at_m)) {
       places = {places ? places->first_m : at_m, at_m};
     }
@@ -37,11 +40,12 @@ std::vector<double> stop_places(const world::Route& route, double from_m, double
                                 world::Random& random) {
   std::vector<double> places;
   const double last_m = to_m - kBeforeEnd_m;
-  for (double at_m = from_m + random.uniform(60.0, 220.0); at_m < last_m;
-       at_m += random.uniform(120.0, 320.0)) {
+  double at_m = from_m + random.uniform(60.0, 220.0);
+  while (at_m < last_m) {
     if (town(route, at_m)) {
       places.push_back(at_m);
     }
+    at_m += random.uniform(120.0, 320.0);
   }
   const auto possible = town_places(route, from_m + kAfterBegin_m, last_m);
   const bool worth_it = to_m - from_m >= kShortTown_m && possible;

@@ -38,8 +38,9 @@ void describe_motion(const Ego& ego, DriveSummary& summary) {
   summary.duration_s = ego.duration_s();
   constexpr double kStep_s = 0.05;
   constexpr double kStanding_mps = 0.01;
-  for (double time_s = 0.0; time_s < ego.duration_s(); time_s += kStep_s) {
-    const BodyMotion motion = ego.trajectory.at(time_s);
+  const auto steps = static_cast<int>(std::floor(ego.duration_s() / kStep_s));
+  for (int i = 0; i < steps; ++i) {
+    const BodyMotion motion = ego.trajectory.at(i * kStep_s);
     const double speed = motion.velocity_mps.norm();
     const bool backwards = motion.velocity_mps.dot(motion.T_world_body.R.col(0)) < 0.0;
     summary.way_m += speed * kStep_s;
