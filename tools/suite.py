@@ -64,7 +64,9 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--camera-hz", type=float, default=default.camera_hz, help="images [10]")
     parser.add_argument("--only", default="", metavar="TEXT", help="rows whose name contains it")
     parser.add_argument("--reduced", action="store_true", help="a few rows of short drives")
-    parser.add_argument("--check", action="store_true", help="exit 1 where a target is missed")
+    parser.add_argument(
+        "--check", action="store_true", help="exit 1 for a missed target or a world too easy"
+    )
     parser.add_argument("--list", action="store_true", help="show rows and steps, do nothing")
     parser.add_argument("--report-only", action="store_true", help="of what there is already")
     parser.add_argument("--json", type=Path, help="also write all figures here")
@@ -209,7 +211,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     results = load_results(plan, out, book)
     targets = REDUCED_TARGETS if args.reduced else TARGETS
     verdicts = judge(results, targets)
-    hard = hardness(results, TARGETS, HARD_ROWS)
+    # On a short way dead reckoning is good anywhere.
+    hard = hardness(results, TARGETS, HARD_ROWS[:1] if args.reduced else HARD_ROWS)
     print_summary(results, verdicts, hard)
     report = args.report or out / "report.html"
     report.write_text(
@@ -218,7 +221,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if args.json:
         args.json.write_text(json.dumps(as_json(results, verdicts, hard), indent=1) + "\n")
     print(f"\nreport: {report}")
-    if code == 0 and args.check and not all(v.met for v in verdicts):
+    easy = not args.reduced and any(not h.hard(HARD_TIMES) for h in hard)
+    if code == 0 and args.check and (easy or not all(v.met for v in verdicts)):
         return 1
     return code
 

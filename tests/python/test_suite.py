@@ -210,7 +210,7 @@ def test_a_lost_run_misses_its_targets_however_small_its_error(programs: FakePro
 
 def test_a_world_that_the_weak_baseline_copes_with_is_told(programs: FakePrograms) -> None:
     programs.errors(town_1_day_weak=0.2)
-    run(programs, "--scenarios", "town")
+    assert run(programs, "--scenarios", "town", "--check") == 1
     entry = next(
         h for h in figures(programs)["hard_enough"]
         if h["row"] == "day_weak" and h["figure"] == "apet_m"

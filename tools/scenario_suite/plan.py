@@ -14,7 +14,8 @@ from scenario_suite.steps import StartPose, Step
 
 SETTLED_AFTER_S = "2"
 # Rough, for the time left: on two cores that have nothing else to do.
-SIMULATE_S_PER_M = 0.25
+SIMULATE_S_PER_M = 0.1
+RENDER_S_PER_M = 0.09  # and image a second
 REFINE_S_PER_M = 0.8
 BUILD_S_PER_M = 0.1
 LOCALISE_S_PER_M = 0.12
@@ -140,7 +141,7 @@ class Planner:
                 command=tuple(command),
                 products=(out,),
                 after=after,
-                seconds=SIMULATE_S_PER_M * choice.metres,
+                seconds=choice.metres * (SIMULATE_S_PER_M + RENDER_S_PER_M * choice.camera_hz),
             )
         )
 

@@ -91,10 +91,10 @@ def figure(width: float, height: float, rows: int = 1) -> tuple[Figure, list[mpl
     return drawing, axes
 
 
-def legend(ax: mpl.axes.Axes) -> None:
+def legend(ax: mpl.axes.Axes, columns: int) -> None:
     """Above the plot: nothing is hidden."""
     ax.legend(
-        frameon=False, fontsize=8, labelcolor=INK, ncols=4, loc="lower left",
+        frameon=False, fontsize=8, labelcolor=INK, ncols=columns, loc="lower left",
         bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2, columnspacing=1.2, handlelength=1.4,
     )  # fmt: skip
 
@@ -142,7 +142,7 @@ def trajectories(title: str, curves: list[Curve], nodes: Array | None) -> str:
     ax.set_aspect("equal", adjustable="datalim")
     ax.set_xlabel("x [m]")
     ax.set_ylabel("y [m]")
-    legend(ax)
+    legend(ax, 3)
     return svg(drawing, title)
 
 
@@ -154,7 +154,7 @@ def error_over_time(title: str, curves: list[Curve]) -> str:
     ax.set_yscale("log")
     ax.set_xlabel("time [s]")
     ax.set_ylabel("position error [m]")
-    legend(ax)
+    legend(ax, 6)
     return svg(drawing, title)
 
 
@@ -173,7 +173,7 @@ def distribution(title: str, curves: list[Curve]) -> str:
     ax.set_ylim(0.0, 1.0)
     ax.set_xlabel("position error [m]")
     ax.set_ylabel("share of the poses below")
-    legend(ax)
+    legend(ax, 3)
     return svg(drawing, title)
 
 
@@ -195,7 +195,7 @@ def along_and_across(title: str, curves: list[Curve]) -> str:
             ax.plot(x, y, color=curve.colour, linewidth=1.0, label=curve.label)
         ax.set_ylabel(f"{name.removesuffix('_m')} [m]")
     axes[-1].set_xlabel("time [s]")
-    legend(axes[0])
+    legend(axes[0], 6)
     return svg(drawing, title)
 
 
@@ -210,5 +210,5 @@ def node_errors(title: str, curves: list[Curve]) -> str:
     ax.set_ylim(bottom=0.0)
     ax.set_xlabel("way [m]")
     ax.set_ylabel("node error [m]")
-    legend(ax)
+    legend(ax, 6)
     return svg(drawing, title)
