@@ -24,6 +24,17 @@ int run_app(CLI::App& app, const std::string& program, int argc, char** argv, Bo
     return body();
   } catch (const CLI::RuntimeError& e) {  // a subcommand's own exit code
     return e.get_exit_code();
+  } catch (const CLI::RequiredError& e) {
+    // It only says that a command is missing; a word that is none is what it means.
+    const auto any = [](const CLI::App* /*command*/) { return true; };
+    if (app.get_subcommands().empty() && !app.get_subcommands(any).empty() &&
+        !app.remaining().empty()) {
+      std::cerr << program << ": unknown command '" << app.remaining().front()
+                << "' (--help lists them)\n";
+      return kUsage;
+    }
+    app.exit(e);
+    return kUsage;
   } catch (const CLI::Error& e) {  // --help and --version among them
     return app.exit(e) == 0 ? kDone : kUsage;
   } catch (const std::exception& e) {

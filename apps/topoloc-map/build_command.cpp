@@ -65,9 +65,11 @@ void print_json(const Options& options, const BuildReport& report) {
       {"log_damage", topoloc::apps::to_json(report.log_damage)},
       {"frames_of_other_parity", report.selection.frames_of_other_parity},
       {"frames_without_pose", report.selection.frames_without_pose},
+      {"keyframes", report.keyframes},
       {"travelled_m", report.selection.travelled_m},
       {"nodes", report.nodes_written},
       {"nodes_resumed", report.nodes_resumed},
+      {"poses_resumed", report.poses_resumed},
       {"nodes_rejected", rejected},
       {"features", report.features},
       {"features_lifted", report.lifted},
@@ -82,9 +84,17 @@ void print_json(const Options& options, const BuildReport& report) {
   std::cout << out.dump(2) << '\n';
 }
 
+/// What refinement took; empty without it.
+std::string poses_time(const BuildReport& report) {
+  if (report.keyframes == 0) {
+    return "";
+  }
+  return report.poses_resumed ? "poses: taken over from an interrupted run; "
+                              : fmt::format("poses: {:.1f} s; ", report.poses_seconds);
+}
+
 void print_summary(const Options& options, const BuildReport& report) {
   const auto nodes = static_cast<double>(report.nodes_written);
-  const std::size_t made = report.selection.nodes.size() - report.nodes_resumed;
   fmt::print("{}: {} nodes on {:.0f} m, {:.1f} MB ({:.0f} kB a node with images)\n",
              options.paths.out.string(), report.nodes_written, report.selection.travelled_m,
              static_cast<double>(report.map_bytes) / 1e6,
@@ -95,8 +105,10 @@ void print_summary(const Options& options, const BuildReport& report) {
                                   : 100.0 * static_cast<double>(report.lifted) /
                                         static_cast<double>(report.features),
              report.mean_depth_std_m);
-  fmt::print("frames: {} usable, {} of the other parity, {} without a pose\n", report.frames,
+  fmt::print("frames: {} usable, {} of the other parity, {} without a pose", report.frames,
              report.selection.frames_of_other_parity, report.selection.frames_without_pose);
+  fmt::print("{}\n",
+             report.keyframes > 0 ? fmt::format(": {} keyframes have one", report.keyframes) : "");
   for (const auto& [reason, count] : report.frames_rejected) {
     fmt::print("frames rejected, {}: {}\n", reason, count);
   }
@@ -121,11 +133,12 @@ void print_summary(const Options& options, const BuildReport& report) {
                "through it and give features a wrong depth\n");
   }
   fmt::print(
-      "cloud: {} points ({} rejected), {:.1f} cm apart, {}{:.1f} s; nodes: {:.1f} s, "
+      "cloud: {} points ({} rejected), {:.1f} cm apart, {}{:.1f} s; {}nodes: {:.1f} s, "
       "{:.2f} s each",
       report.cloud_points, report.cloud_points_rejected, 100.0 * report.cloud_spacing_m,
-      report.cloud_on_disk ? "sorted on disk, " : "", report.cloud_seconds, report.nodes_seconds,
-      made == 0 ? 0.0 : report.nodes_seconds / static_cast<double>(made));
+      report.cloud_on_disk ? "sorted on disk, " : "", report.cloud_seconds, poses_time(report),
+      report.nodes_seconds,
+      report.nodes_made == 0 ? 0.0 : report.nodes_seconds / static_cast<double>(report.nodes_made));
   if (report.nodes_resumed > 0) {
     fmt::print(" ({} taken over from an interrupted run)", report.nodes_resumed);
   }
@@ -180,6 +193,8 @@ BuildReport build_refined(const Options& options, const BuildProgress& progress)
   std::unique_ptr<topoloc::matching::ImagePairMatcher> matcher;
   if (config.routes != Routes::kCorrelation) {
     matcher = pair_matcher(options, drive.vehicle.matching);
+    config.matcher_files =
+        topoloc::matching::pair_matcher_files(drive.vehicle.matching, options.pair_model);
   }
   TrajectoryRefiner refiner(drive, std::move(knowledge), config, std::move(matcher));
   const auto write_registrations = [&] {
@@ -188,7 +203,9 @@ BuildReport build_refined(const Options& options, const BuildProgress& progress)
     }
   };
   try {
-    BuildReport report = build_map(options.paths, options.config, progress, &refiner);
+    BuildConfig build = options.config;
+    build.take_over_poses = options.registrations.empty();  // nothing else knows of registrations
+    BuildReport report = build_map(options.paths, build, progress, &refiner);
     write_registrations();
     return report;
   } catch (const std::exception&) {
@@ -329,7 +346,8 @@ void add_build_command(CLI::App& app) {
   command->add_flag("--json", options->json, "Report as JSON on stdout");
   command->footer(
       "A build that was interrupted goes on where it stopped when the same command is given "
-      "again;\nits finished nodes wait in MAP.tmap.partial/. Refined poses are looked for anew.\n"
+      "again;\nits finished nodes wait in MAP.tmap.partial/, and its refined poses, once all are "
+      "found\n(with --registrations they are looked for anew).\n"
       "Examples:\n"
       "  topoloc-map build --drive drive --cloud cloud.laz --trajectory drive/ground_truth.tum \\\n"
       "      --out town.tmap\n"

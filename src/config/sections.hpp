@@ -11,8 +11,10 @@
 namespace topoloc::config {
 
 void read_can(StrictNode& top, can::VehicleSignalsConfig& config);
-void read_camera(StrictNode& top, CameraConfig& config);
-void read_imu(StrictNode& top, estimation::EstimatorConfig& config);
+/// These two name the files that they read in `files`.
+void read_camera(StrictNode& top, CameraConfig& config, std::vector<std::filesystem::path>& files);
+void read_imu(StrictNode& top, estimation::EstimatorConfig& config,
+              std::vector<std::filesystem::path>& files);
 void read_mounting(StrictNode& top, estimation::SpeedModel& model);
 void read_speed(StrictNode& top, estimation::EstimatorConfig& config);
 void read_standstill(StrictNode& top, estimation::StandstillModel& model);

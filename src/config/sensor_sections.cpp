@@ -155,7 +155,7 @@ void read_can(StrictNode& top, can::VehicleSignalsConfig& config) {
   can.finish();
 }
 
-void read_camera(StrictNode& top, CameraConfig& config) {
+void read_camera(StrictNode& top, CameraConfig& config, std::vector<std::filesystem::path>& files) {
   if (!top.has("camera")) {
     return;
   }
@@ -167,15 +167,19 @@ void read_camera(StrictNode& top, CameraConfig& config) {
   camera.read("channel", config.channel);
   if (camera.has("mask")) {
     require_file(camera, "mask", config.mask);
+    files.push_back(config.mask);
   }
   camera.finish();
+  files.push_back(calibration);
   config.kalibr = load_kalibr_camera(calibration, name);
 }
 
-void read_imu(StrictNode& top, estimation::EstimatorConfig& config) {
+void read_imu(StrictNode& top, estimation::EstimatorConfig& config,
+              std::vector<std::filesystem::path>& files) {
   StrictNode imu = top.required_section("imu");
   std::filesystem::path calibration;
   require_file(imu, "calibration", calibration);
+  files.push_back(calibration);
   read_vector(imu, "gyro_bias_radps", config.initial_gyro_bias_radps, {-1.0, 1.0});
   read_vector(imu, "accel_bias_mps2", config.initial_accel_bias_mps2, {-10.0, 10.0});
   imu.read("gyro_bias_std_radps", config.initial.gyro_bias_radps, positive_up_to(1.0));

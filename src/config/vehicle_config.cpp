@@ -16,9 +16,11 @@ VehicleConfig load_vehicle_config(const std::filesystem::path& file) {
 
   VehicleConfig config;
   top.read("name", config.name);
+  config.files.push_back(file);
   read_can(top, config.can);
-  read_camera(top, config.camera);
-  read_imu(top, config.estimator);
+  config.files.insert(config.files.end(), config.can.dbcs.begin(), config.can.dbcs.end());
+  read_camera(top, config.camera, config.files);
+  read_imu(top, config.estimator, config.files);
   read_mounting(top, config.estimator.models.speed);
   read_speed(top, config.estimator);
   read_standstill(top, config.estimator.models.standstill);

@@ -6,7 +6,8 @@
 #include "topoloc/map/map_file.hpp"
 #include "topoloc/map/map_writer.hpp"
 
-#include <algorithm>
+#include "mapping/pose_journal.hpp"
+
 #include <array>
 #include <cstdio>
 #include <fstream>
@@ -17,6 +18,8 @@
 
 namespace topoloc::mapping {
 namespace {
+
+constexpr const char* kPosesFile = "poses.json";
 
 std::string read_text(const std::filesystem::path& path) {
   std::ifstream stream(path, std::ios::binary);
@@ -56,13 +59,10 @@ std::optional<NodeOutcome> parse_outcome(std::string_view text) {
     const NodeReport& node = report.nodes.at(0);
     outcome.figures = node.figures;
     if (node.rejected) {
-      const auto reason =
-          std::find_if(kNodeRejects.begin(), kNodeRejects.end(),
-                       [&](NodeReject known) { return name(known) == *node.rejected; });
-      if (reason == kNodeRejects.end()) {
+      outcome.rejected = reject_named(*node.rejected);
+      if (!outcome.rejected) {
         return std::nullopt;
       }
-      outcome.rejected = *reason;
     }
   } catch (const std::exception&) {
     return std::nullopt;
@@ -150,6 +150,16 @@ NodeOutcome BuildJournal::load(std::size_t frame) const {
   }
   outcome->draft = to_draft(file.node(0));
   return std::move(*outcome);
+}
+
+void BuildJournal::store_poses(const std::vector<RefinedPose>& poses,
+                               const std::string& settings) const {
+  write_text(folder_ / kPosesFile, poses_text(poses, settings));
+}
+
+std::optional<std::vector<RefinedPose>> BuildJournal::load_poses(
+    const std::filesystem::path& folder, const std::string& settings) {
+  return parse_poses(read_text(folder / kPosesFile), settings);
 }
 
 void BuildJournal::remove() const { std::filesystem::remove_all(folder_); }

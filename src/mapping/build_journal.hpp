@@ -2,17 +2,20 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #pragma once
 
+#include "topoloc/mapping/pose_refiner.hpp"
+
 #include "mapping/node_maker.hpp"
 
 #include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace topoloc::mapping {
 
-/// Finished nodes of a build, on disk: one small map file (or reason of rejection) per node, and
-/// the text of all inputs and settings that they depend on.
+/// What a build has finished, on disk: refined poses, one small map file (or reason of rejection)
+/// per node, and the text of all inputs and settings that they depend on.
 ///
 /// Every file appears whole or not at all, so a build may be killed at any moment. Different nodes
 /// may be stored from different threads.
@@ -27,8 +30,15 @@ class BuildJournal {
   void store(std::size_t frame, const NodeOutcome& outcome) const;
   /// Throws if there is none.
   [[nodiscard]] NodeOutcome load(std::size_t frame) const;
+  /// Refined poses, found with these settings of theirs.
+  void store_poses(const std::vector<RefinedPose>& poses, const std::string& settings) const;
   /// Deletes the folder.
   void remove() const;
+
+  /// Poses that an interrupted build has left in such a folder, if it found them with the same
+  /// settings; whatever its nodes were made with.
+  static std::optional<std::vector<RefinedPose>> load_poses(const std::filesystem::path& folder,
+                                                            const std::string& settings);
 
  private:
   [[nodiscard]] std::filesystem::path node_file(std::size_t frame) const;

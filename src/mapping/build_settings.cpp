@@ -95,4 +95,26 @@ std::string describe_settings(const BuildPaths& paths, const BuildConfig& config
   return d.text();
 }
 
+std::string describe_pose_settings(const BuildPaths& paths, const config::VehicleConfig& vehicle,
+                                   const PoseRefiner& refiner) {
+  Description d;
+  d.file("program", "/proc/self/exe");
+  d.file("cloud", paths.cloud);
+  if (!paths.trajectory.empty()) {
+    d.file("trajectory", paths.trajectory);
+  }
+  for (const char* const log : {"camera.lcm", "can.log"}) {
+    if (std::filesystem::exists(paths.drive / log)) {
+      d.file(log, paths.drive / log);
+    }
+  }
+  for (const std::filesystem::path& file : vehicle.files) {
+    d.file("vehicle", file);
+  }
+  for (const std::filesystem::path& file : refiner.files()) {
+    d.file("refiner", file);
+  }
+  return d.text() + refiner.settings();
+}
+
 }  // namespace topoloc::mapping

@@ -17,4 +17,8 @@ std::string describe_settings(const BuildPaths& paths, const BuildConfig& config
                               const config::VehicleConfig& vehicle, const map::MapInfo& info,
                               std::span<const PlannedNode> nodes);
 
+/// Everything that refined poses depend on. The program's file is among it: its constants count.
+std::string describe_pose_settings(const BuildPaths& paths, const config::VehicleConfig& vehicle,
+                                   const PoseRefiner& refiner);
+
 }  // namespace topoloc::mapping

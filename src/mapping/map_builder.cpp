@@ -60,7 +60,9 @@ Selection plan_nodes(const BuildPaths& paths, const drive::FrameLog& frames,
 }
 
 /// The same among the frames that a refiner gave a pose.
-Selection plan_refined(const std::vector<RefinedPose>& poses, SelectionConfig config) {
+Selection plan_refined(const std::vector<RefinedPose>& poses, std::size_t frames,
+                       SelectionConfig config) {
+  const FrameParity parity = config.frames;
   config.frames = FrameParity::kAll;  // the refiner has chosen
   std::vector<std::int64_t> times_ns;
   evaluation::Trajectory trajectory;
@@ -69,6 +71,10 @@ Selection plan_refined(const std::vector<RefinedPose>& poses, SelectionConfig co
     trajectory.push_back({pose.time_ns, pose.T_world_imu});
   }
   Selection selection = select_nodes(times_ns, trajectory, config);
+  for (std::size_t frame = 0; frame < frames; ++frame) {
+    selection.frames_of_other_parity += is_used(frame, parity) ? 0 : 1;
+  }
+  selection.frames_without_pose = frames - selection.frames_of_other_parity - poses.size();
   for (PlannedNode& node : selection.nodes) {
     const RefinedPose& pose = poses[node.frame];
     node.frame = pose.frame;
@@ -77,6 +83,30 @@ Selection plan_refined(const std::vector<RefinedPose>& poses, SelectionConfig co
     node.figures = pose.figures;
   }
   return selection;
+}
+
+/// Poses of the frames that a refiner looked at.
+struct FoundPoses {
+  std::vector<RefinedPose> poses;
+  std::string settings;  // that they depend on
+  bool resumed = false;  // found by an interrupted build
+};
+
+FoundPoses find_poses(const BuildPaths& paths, const std::filesystem::path& partial,
+                      const BuildConfig& config, const config::VehicleConfig& vehicle,
+                      const CloudGrid& grid, drive::FrameLog& frames, const Progress& progress,
+                      PoseRefiner& refiner) {
+  FoundPoses found;
+  found.settings = describe_pose_settings(paths, vehicle, refiner);
+  if (config.take_over_poses) {
+    if (auto poses = BuildJournal::load_poses(partial, found.settings)) {
+      found.poses = std::move(*poses);
+      found.resumed = true;
+      return found;
+    }
+  }
+  found.poses = refiner.refine(grid, frames, progress);
+  return found;
 }
 
 /// A cloud in another frame, or of another place, shows before any node is made.
@@ -212,10 +242,16 @@ BuildReport build_map(const BuildPaths& paths, const BuildConfig& config,
   report.cloud_on_disk = grid.spilled_runs() > 0;
   report.cloud_seconds = seconds_since(start);
   check_cloud_is_here(paths, config, drive.vehicle, grid, report.selection);
+  std::filesystem::path partial = paths.out;
+  partial += ".partial";
+  FoundPoses found;
   if (refiner != nullptr) {
     start = std::chrono::steady_clock::now();
-    report.selection =
-        plan_refined(refiner->refine(grid, frames, progress.poses), config.selection);
+    found =
+        find_poses(paths, partial, config, drive.vehicle, grid, frames, progress.poses, *refiner);
+    report.selection = plan_refined(found.poses, frames.size(), config.selection);
+    report.keyframes = found.poses.size();
+    report.poses_resumed = found.resumed;
     report.poses_seconds = seconds_since(start);
   } else {
     Eigen::Matrix<double, 6, 1> std;
@@ -233,10 +269,11 @@ BuildReport build_map(const BuildPaths& paths, const BuildConfig& config,
   info.crs = cloud.crs;
   info.creator = config.creator;
 
-  std::filesystem::path partial = paths.out;
-  partial += ".partial";
   const BuildJournal journal(
       partial, describe_settings(paths, config, drive.vehicle, info, report.selection.nodes), info);
+  if (refiner != nullptr) {
+    journal.store_poses(found.poses, found.settings);
+  }
   std::vector<PlannedNode> pending;
   for (const PlannedNode& node : report.selection.nodes) {
     if (!node.rejected && !journal.contains(node.frame)) {
@@ -247,6 +284,7 @@ BuildReport build_map(const BuildPaths& paths, const BuildConfig& config,
       std::count_if(report.selection.nodes.begin(), report.selection.nodes.end(),
                     [](const PlannedNode& node) { return node.rejected.has_value(); }));
   report.nodes_resumed = report.selection.nodes.size() - refused - pending.size();
+  report.nodes_made = pending.size();
   start = std::chrono::steady_clock::now();
   make_nodes({grid, drive.vehicle, config}, pending, report.selection.nodes.size() - refused,
              frames, journal, progress.nodes);

@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/mapping/node_reject.hpp"
 
+#include <algorithm>
+
 namespace topoloc::mapping {
 
 std::string_view name(NodeReject reason) {
@@ -22,6 +24,13 @@ std::string_view name(NodeReject reason) {
       return "pose_contradicted";
   }
   return "unknown";
+}
+
+std::optional<NodeReject> reject_named(std::string_view name) {
+  const auto* const reason =
+      std::find_if(kNodeRejects.begin(), kNodeRejects.end(),
+                   [&](NodeReject known) { return mapping::name(known) == name; });
+  return reason == kNodeRejects.end() ? std::nullopt : std::optional(*reason);
 }
 
 }  // namespace topoloc::mapping

@@ -8,6 +8,7 @@
 #include "matching/detector_free_matcher.hpp"
 #include "matching/feature_pair_matcher.hpp"
 #include "matching/lightglue_matcher.hpp"
+#include "matching/model_files.hpp"
 #include "matching/onnx_extractor.hpp"
 #include "matching/sift_extractor.hpp"
 
@@ -45,6 +46,18 @@ std::unique_ptr<ImagePairMatcher> make_pair_matcher(
     return std::make_unique<DetectorFreeMatcher>(config, detector_free_model);
   }
   return std::make_unique<FeaturePairMatcher>(make_extractor(config), make_matcher(config));
+}
+
+std::vector<std::filesystem::path> pair_matcher_files(
+    const MatchingConfig& config, const std::filesystem::path& detector_free_model) {
+  if (!detector_free_model.empty()) {
+    return {detector_free_model};
+  }
+  std::vector<std::filesystem::path> files{extractor_file(config)};
+  if (config.matcher == "lighterglue" || config.matcher == "lightglue") {
+    files.push_back(lightglue_file(config));
+  }
+  return files;
 }
 
 }  // namespace topoloc::matching

@@ -25,6 +25,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include <fmt/core.h>
+
 namespace topoloc::refinement {
 namespace {
 
@@ -467,6 +469,20 @@ std::string TrajectoryRefiner::name() const {
   const auto* const named = std::find_if(kRouteNames.begin(), kRouteNames.end(),
                                          [&](const auto& n) { return n.first == config_.routes; });
   return named->second;
+}
+
+std::string TrajectoryRefiner::settings() const {
+  const auto& c = config_;
+  std::string text =
+      fmt::format("routes: {}\nframes: {}\nkeyframes: {} m\nprior: {} m {} rad\n", name(),
+                  static_cast<int>(c.frames), c.keyframe_m, c.prior_std_m, c.prior_std_rad);
+  if (knowledge_.initial_pose) {
+    const Eigen::Quaterniond q = knowledge_.initial_pose->quaternion();
+    const Eigen::Vector3d& p = knowledge_.initial_pose->p;
+    text += fmt::format("initial pose: {} {} {} {} {} {} {}\n", p.x(), p.y(), p.z(), q.x(), q.y(),
+                        q.z(), q.w());
+  }
+  return text;
 }
 
 std::vector<mapping::RefinedPose> TrajectoryRefiner::refine(const mapping::CloudGrid& grid,

@@ -3,6 +3,7 @@
 #include "topoloc/refinement/window_registration.hpp"
 
 #include "topoloc/evaluation/median.hpp"
+#include "topoloc/refinement/normal_samples.hpp"
 
 #include "refinement/parallel_for.hpp"
 
@@ -10,7 +11,6 @@
 #include <cmath>
 #include <map>
 #include <numeric>
-#include <random>
 #include <utility>
 #include <vector>
 
@@ -250,12 +250,11 @@ Registration register_window(std::span<const WindowView> views, const RigidTrans
                              const RigidTransform& T_imu_cam, const PinholeCamera& camera,
                              const SearchConfig& config) {
   const Agreement agreement(views, T_world_imu, T_imu_cam, camera, config);
-  std::mt19937_64 random(config.seed);
-  std::normal_distribution<double> normal;
+  NormalSamples normal(config.seed);
   std::vector<Candidate> tried(static_cast<std::size_t>(config.samples));
   for (std::size_t i = 0; i < tried.size(); ++i) {
     for (int k = 0; k < 6; ++k) {
-      tried[i].scaled(k) = i == 0 ? 0.0 : normal(random);
+      tried[i].scaled(k) = i == 0 ? 0.0 : normal();
     }
   }
   parallel_for(tried.size(), config.threads,

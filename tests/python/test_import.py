@@ -139,6 +139,55 @@ def test_raw_drive_cloud_is_placed_by_the_pose(raw_drive: Path, tmp_path: Path) 
     assert points == pytest.approx(expected, abs=1e-4)
 
 
+def test_raw_drive_rows_out_of_order_are_left_out(
+    raw_drive: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tenths = [0, 1, 2, 2, 4, 9, 6, 7, 8, 9]  # one twice, one far ahead
+    times = raw_drive / "oxts" / "timestamps.txt"
+    times.write_text("\n".join(stamp(t) for t in tenths) + "\n")
+    assert main(["kitti-raw", str(raw_drive), "--out", str(tmp_path / "out")]) == 0
+    assert "oxts: 2 of 10 left out" in capsys.readouterr().out
+    rows = decoded_log(tmp_path / "out" / "can.log")["IMU_ACCEL"]
+    told = [(time_us * 1000 - START_NS + 500) // 10**8 for time_us, _ in rows]
+    assert told == [0, 1, 2, 4, 6, 7, 8, 9]
+    assert rows[-1][1]["ACCEL_X"] == pytest.approx(0.9, abs=1.01e-4)
+
+
+@pytest.mark.parametrize("asked", [[], ["--camera", "02"]])
+def test_raw_drive_takes_a_colour_camera_where_there_is_no_grey_one(
+    raw_drive: Path, tmp_path: Path, asked: list[str]
+) -> None:
+    source = raw_drive / "image_00"
+    source.rename(raw_drive / "image_02")
+    data = raw_drive / "image_02" / "data"
+    for png in list(data.iterdir()):
+        Image.open(png).convert("RGB").save(png.with_suffix(".jpg"))
+        png.unlink()
+    calibration = raw_drive.parent / "calib_cam_to_cam.txt"
+    more = "P_rect_02: 60 0 31 6 0 60 17 0.6 0 0 1 0.02\nS_rect_02: 64 32\n"
+    calibration.write_text(calibration.read_text() + more)
+    out = tmp_path / "out"
+    assert main(["kitti-raw", str(raw_drive), "--out", str(out), *asked]) == 0
+    assert [i[1][:2] for i in logged_images(out / "camera.lcm")] == [(64, 32)] * len(IMAGES)
+    camchain = (out / "camchain.yaml").read_text()
+    assert "intrinsics: [60.0, 60.0, 31.0, 17.0]" in camchain
+    rows = re.findall(r"  - \[(.*)\]", camchain)
+    T_cam_imu = np.array([[float(v) for v in row.split(",")] for row in rows])
+    # Camera 00's, and what P_rect_02 adds: K [0.0897 0.0043 0.02] = [6 0.6 0.02].
+    shift = np.linalg.solve([[60, 0, 31], [0, 60, 17], [0, 0, 1]], [6, 0.6, 0.02])
+    turned = np.array([[0, -1, 0], [0, 0, -1], [1, 0, 0]]) @ [-0.8, 0.3, -0.8] + [0, -0.1, -0.3]
+    assert T_cam_imu[:3, 3] == pytest.approx(turned + shift, abs=1e-9)
+
+
+def test_raw_drive_tells_images_that_are_not_rectified(
+    raw_drive: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    calibration = raw_drive.parent / "calib_cam_to_cam.txt"
+    calibration.write_text(calibration.read_text() + "S_rect_00: 60 30\n")
+    assert main(["kitti-raw", str(raw_drive), "--out", str(tmp_path / "out")]) == 1
+    assert "64x32 pixels, and rectified ones have 60x30" in capsys.readouterr().err
+
+
 def test_same_source_gives_same_bytes(raw_drive: Path, tmp_path: Path) -> None:
     for name in ("one", "two"):
         assert main(["kitti-raw", str(raw_drive), "--out", str(tmp_path / name), "--cloud"]) == 0
@@ -170,7 +219,7 @@ def test_existing_folder_is_replaced_only_with_force(
         ("image_00/data/0000000001.png", "no image", "cannot identify"),
         ("image_00/data/0000000002.png", "", "no time in line 3"),
         ("image_00/timestamps.txt", "yesterday\n", "timestamps.txt:1: not a time"),
-        ("oxts/timestamps.txt", "\n".join([stamp(1)] * ROWS), "does not come after"),
+        ("oxts/timestamps.txt", "\n".join([stamp(1)] * ROWS), "do not increase"),
         ("velodyne_points/data/0000000000.bin", "abcdef", "expected finite float32"),
         ("../calib_velo_to_cam.txt", "R: 1 0 0 0 1 0 0 0 2\nT: 0 0 0", "not a rotation"),
         ("../calib_velo_to_cam.txt", "T: 0 0 0", "no R"),

@@ -6,6 +6,7 @@ cannot fit: test_refine_bad_input.py."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -29,11 +30,29 @@ def table(tmp_path_factory: pytest.TempPathFactory, kitti_0039: Path) -> Table:
 
 
 @pytest.fixture(scope="module")
-def refined(table: Table) -> dict[str, Any]:
+def summary(table: Table) -> str:
+    """What the build said of refined.tmap."""
     out = table.work / "refined.tmap"
     result = build(table.drive, table.cloud, out, "--trajectory", stretch(table, FROM_M, TO_M))
     assert result.returncode == 0, result.stderr
-    return table.compare(out)
+    return result.stdout
+
+
+@pytest.fixture(scope="module")
+def refined(table: Table, summary: str) -> dict[str, Any]:
+    return table.compare(table.work / "refined.tmap")
+
+
+def test_the_summary_tells_which_frames_have_a_pose(summary: str) -> None:
+    told = re.search(
+        r"frames: (\d+) usable, 0 of the other parity, (\d+) without a pose: (\d+) keyframes have",
+        summary,
+    )
+    assert told, summary
+    frames, without, keyframes = (int(n) for n in told.groups())
+    assert without + keyframes == frames == 400
+    assert 50 < keyframes < 120  # one a metre or a frame, on 100 m
+    assert re.search(r"; poses: \d+\.\d s; nodes: ", summary)
 
 
 def test_finds_the_poses_from_a_trajectory_wrong_by_decimetres(refined: dict[str, Any]) -> None:

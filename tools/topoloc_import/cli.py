@@ -16,7 +16,7 @@ from topoloc_import.complex_urban_cloud import LIDARS, CloudOptions
 from topoloc_import.drive_folder import create_folder
 from topoloc_import.errors import DriveImportError
 from topoloc_import.kitti_0039 import import_kitti_0039
-from topoloc_import.kitti_raw import import_kitti_raw
+from topoloc_import.kitti_raw import CAMERAS, import_kitti_raw
 
 DESCRIPTION = """\
 Turns a public recording into a drive folder: can.log, camera.lcm, vehicle.yaml with its
@@ -56,6 +56,11 @@ def parser() -> argparse.ArgumentParser:
         command.add_argument("--force", action="store_true", help="replace an existing DRIVE")
     formats.choices["kitti-raw"].add_argument(
         "--cloud", action="store_true", help="also DRIVE/cloud.ply: all scans in world axes"
+    )
+    formats.choices["kitti-raw"].add_argument(
+        "--camera",
+        choices=sorted(CAMERAS),
+        help="its images are taken (default: 00, or else the first of 02, 01, 03 that has any)",
     )
     add_complex_urban(formats.choices["complex-urban"])
     return top
@@ -161,7 +166,7 @@ def main(arguments: list[str] | None = None) -> int:
             elif args.format == "complex-urban":
                 import_complex_urban(args.source, folder, complex_urban)
             else:
-                import_kitti_raw(args.source, folder, args.cloud)
+                import_kitti_raw(args.source, folder, args.cloud, args.camera)
 
         create_folder(args.out, args.force, fill)
     except (DriveImportError, OSError) as error:

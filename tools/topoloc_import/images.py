@@ -30,6 +30,15 @@ def grey_frame(path: Path, time_ns: int) -> CameraFrame:
     return CameraFrame(time_ns, image.width, image.height, PIXEL_FORMAT_GRAY, image.tobytes())
 
 
+def any_grey_frame(path: Path, time_ns: int) -> CameraFrame:
+    """An 8-bit image of any format as rows of grey; colours are weighed as Pillow does."""
+    image = _load(path)
+    if image.mode not in ("L", "RGB", "RGBA", "P"):
+        raise DriveImportError(f"{path}: expected an 8-bit image, found mode {image.mode}")
+    grey = image.convert("L")
+    return CameraFrame(time_ns, grey.width, grey.height, PIXEL_FORMAT_GRAY, grey.tobytes())
+
+
 def mosaic_frame(path: Path, time_ns: int) -> CameraFrame:
     """A PNG file with the raw colour mosaic (Bayer pattern) of a camera, turned to grey. A colour
     image is no mosaic any more: turned to grey as Pillow does."""

@@ -31,6 +31,10 @@ class CalibrationFile:
             except ValueError:
                 continue  # calib_time is a date
 
+    def has(self, key: str) -> bool:
+        """Whether there is such a line."""
+        return key in self._values
+
     def matrix(self, key: str, *shape: int) -> Matrix:
         """The finite numbers of a key, shaped."""
         values = self._values.get(key)
@@ -83,9 +87,18 @@ class KittiCalibration:
         K = self.cameras.matrix("K_00", 3, 3)
         return K, self.cameras.matrix("D_00", 5), self.T_cam0_velo @ self.T_velo_imu
 
-    def rectified_camera(self) -> tuple[Matrix, Matrix]:
-        """K (3x3) and T_cam_imu of camera 00 after rectification, which turns it by R_rect_00."""
-        P = self.cameras.matrix("P_rect_00", 3, 4)
+    def rectified_camera(self, camera: str = "00") -> tuple[Matrix, Matrix]:
+        """K (3x3) and T_cam_imu of a camera after rectification, which turns all of them into the
+        axes of camera 00 turned by R_rect_00."""
+        P = self.cameras.matrix(f"P_rect_{camera}", 3, 4)
         T_rect_cam0 = np.eye(4)
         T_rect_cam0[:3, :3] = nearest_rotation(self.cameras.matrix("R_rect_00", 3, 3))
+        T_rect_cam0[:3, 3] = np.linalg.solve(P[:, :3], P[:, 3])  # where the camera sits beside 00
         return P[:, :3], T_rect_cam0 @ self.T_cam0_velo @ self.T_velo_imu
+
+    def rectified_size_px(self, camera: str) -> tuple[int, int] | None:
+        """Width and height after rectification, where the file tells."""
+        if not self.cameras.has(f"S_rect_{camera}"):
+            return None
+        width, height = self.cameras.matrix(f"S_rect_{camera}", 2).tolist()
+        return round(width), round(height)

@@ -5,6 +5,7 @@ DATE/DATE_drive_NNNN_sync/{image_00,oxts,velodyne_points}."""
 
 from __future__ import annotations
 
+import bisect
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
@@ -22,7 +23,7 @@ from topoloc_import.drive_folder import (
     write_vehicle,
 )
 from topoloc_import.errors import DriveImportError
-from topoloc_import.images import grey_frame
+from topoloc_import.images import any_grey_frame
 from topoloc_import.kitti_calibration import KittiCalibration
 from topoloc_import.kitti_mounting import KITTI_MOUNTING
 from topoloc_import.kitti_oxts import undo_rate_lag
@@ -34,6 +35,10 @@ from topoloc_import.velodyne import write_cloud
 NS_PER_S = 1_000_000_000
 # Recordings whose GNSS/INS goes on without images are cut to the images and this much around them.
 MARGIN_NS = NS_PER_S
+# By preference: left grey, left colour, then the right ones. Rectified images all have one centre
+# line and the axes of camera 00.
+CAMERAS = ("00", "02", "01", "03")
+IMAGE_SUFFIXES = ("png", "jpg", "jpeg")
 OXTS_COLUMNS = 30  # of dataformat.txt; the ones used here:
 ROLL_PITCH_YAW = slice(3, 6)
 FORWARD_SPEED = 8
@@ -41,16 +46,20 @@ ACCELERATION = slice(11, 14)
 ANGULAR_RATE = slice(17, 20)
 
 
-def import_kitti_raw(source: Path, folder: Path, cloud: bool) -> None:
+def import_kitti_raw(source: Path, folder: Path, cloud: bool, camera_name: str | None) -> None:
     """Fills a drive folder, with `cloud` also its cloud.ply from the scans."""
     drive = find_drive(source)
     calibration = KittiCalibration(drive.parent)
-    images = numbered_files(drive / "image_00", "png")
-    if not images:
-        raise DriveImportError(f"{drive / 'image_00' / 'data'}: no image")
+    camera_name, images = find_images(drive, camera_name)
     rows, truth = read_oxts(drive, images[0][0], images[-1][0])
-    first = grey_frame(images[0][1], images[0][0])
-    K, T_cam_imu = calibration.rectified_camera()
+    first = any_grey_frame(images[0][1], images[0][0])
+    size_px = calibration.rectified_size_px(camera_name)
+    if size_px and size_px != (first.width_px, first.height_px):
+        raise DriveImportError(
+            f"{images[0][1]}: {first.width_px}x{first.height_px} pixels, and rectified ones have "
+            f"{size_px[0]}x{size_px[1]}: is it of a ..._sync drive, and of the calibration's day?"
+        )
+    K, T_cam_imu = calibration.rectified_camera(camera_name)
     camera = CameraModel(first.width_px, first.height_px, K, [], T_cam_imu)
     write_sensors(folder, undo_rate_lag(rows))
     write_tum(folder / "ground_truth.tum", truth)
@@ -65,9 +74,43 @@ def import_kitti_raw(source: Path, folder: Path, cloud: bool) -> None:
         write_cloud(folder / "cloud.ply", scans, truth, calibration.T_velo_imu)
 
 
+def find_images(drive: Path, camera: str | None) -> tuple[str, list[tuple[int, Path]]]:
+    """The camera of that name, or the first that has images, and these."""
+    for name in [camera] if camera else CAMERAS:
+        folder = drive / f"image_{name}"
+        if (folder / "data").is_dir():
+            images = in_order(numbered_files(folder, *IMAGE_SUFFIXES), f"image_{name}")
+            if images:
+                if name != CAMERAS[0]:
+                    print(f"camera: image_{name}")
+                return name, images
+    wanted = f"image_{camera}" if camera else "any of image_00 to image_03"
+    raise DriveImportError(f"{drive}: no image in data/ of {wanted}")
+
+
+def in_order(files: list[tuple[int, Path]], what: str) -> list[tuple[int, Path]]:
+    """As many of them as have increasing times; the others are counted."""
+    best: list[int] = []  # the last file of the best row of each length; its times increase
+    times: list[int] = []
+    before: list[int | None] = []
+    for i, (time_ns, _) in enumerate(files):
+        length = bisect.bisect_left(times, time_ns)
+        before.append(best[length - 1] if length else None)
+        best[length : length + 1] = [i]
+        times[length : length + 1] = [time_ns]
+    kept: list[tuple[int, Path]] = []
+    at = best[-1] if best else None
+    while at is not None:
+        kept.append(files[at])
+        at = before[at]
+    if len(kept) < len(files):
+        print(f"{what}: {len(files) - len(kept)} of {len(files)} left out, for times out of order")
+    return kept[::-1]
+
+
 def find_drive(source: Path) -> Path:
     """The ..._sync folder itself, or the only one in a date folder."""
-    if (source / "image_00").is_dir():
+    if (source / "oxts").is_dir():
         return source
     drives = sorted(d for d in source.glob("*_drive_*_sync") if d.is_dir())
     if not drives:  # the folder that holds the date folder
@@ -100,11 +143,11 @@ def read_times(path: Path) -> list[int | None]:
     return times
 
 
-def numbered_files(folder: Path, suffix: str) -> list[tuple[int, Path]]:
+def numbered_files(folder: Path, *suffixes: str) -> list[tuple[int, Path]]:
     """(time, file) of data/NNNNNNNNNN.suffix by number: the numbering may have gaps."""
     times = read_times(folder / "timestamps.txt")
     files = []
-    for file in sorted((folder / "data").glob(f"*.{suffix}")):
+    for file in sorted(f for f in (folder / "data").glob("*.*") if f.suffix[1:] in suffixes):
         if not file.stem.isdigit():
             raise DriveImportError(f"{file}: the name is not a number")
         number = int(file.stem)
@@ -125,10 +168,10 @@ def read_oxts(drive: Path, first_ns: int, last_ns: int) -> tuple[list[InertialRo
         print(
             f"oxts: {len(near)} of {len(files)} rows lie within 1 s of the images; others left out"
         )
+    near = in_order(near, "oxts")
+    if len(near) < 2:
+        raise DriveImportError(f"{drive / 'oxts'}: the times of its rows do not increase")
     time_ns = np.array([time for time, _ in near], dtype=np.int64)
-    if (np.diff(time_ns) <= 0).any():
-        bad = near[int(np.argmin(np.diff(time_ns))) + 1][1]
-        raise DriveImportError(f"{bad}: its time does not come after that of the row before")
     table = np.stack([read_row(file) for _, file in near])
     rows = [
         InertialRow(time, (a[0], a[1], a[2]), (w[0], w[1], w[2]), v)
@@ -157,4 +200,4 @@ def read_row(file: Path) -> npt.NDArray[np.float64]:
 def frames(images: list[tuple[int, Path]]) -> Iterator[CameraFrame]:
     """Rectified images. KITTI's image time is the trigger, taken as mid-exposure."""
     for time_ns, file in progress(images, "images"):
-        yield grey_frame(file, time_ns)
+        yield any_grey_frame(file, time_ns)

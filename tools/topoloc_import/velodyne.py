@@ -7,20 +7,18 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from topoloc_import.errors import DriveImportError
 from topoloc_import.kitti_calibration import Matrix, inverse
 from topoloc_import.progress import progress
 from topoloc_import.trajectory import PoseInterpolator, Trajectory
+from topoloc_import.voxel_cloud import VoxelCloud
 
 REVOLUTION_NS = 103_300_000  # the HDL-64E of KITTI turns at 9.68 Hz
 MAX_RANGE_M = 80.0
 # The car itself, in scanner axes (x forward, y left, z up).
 CAR_MIN_M = np.array([-2.6, -1.2, -1.6])
 CAR_MAX_M = np.array([2.7, 1.2, np.inf])
-# Coordinates are relative to the first pose: float32 holds 0.1 mm up to 1 km away.
-POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4")])
 
 
 def write_cloud(
@@ -35,20 +33,16 @@ def write_cloud(
         raise DriveImportError("no scan lies inside the trajectory")
     if len(inside) < len(scans):
         print(f"scans: {len(scans) - len(inside)} of {len(scans)} lie outside the trajectory")
-    clouds = [place_scan(s, poses, T_imu_velo) for s in progress(inside, "scans")]
-    points = np.concatenate(clouds)
-    header = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(points)}\n"
-    header += "".join(f"property float {name}\n" for name in POINT.names or ())
-    with path.open("wb") as file:
-        file.write((header + "end_header\n").encode("ascii"))
-        file.write(points.tobytes())
+    with VoxelCloud(path, 0.0, "all points; axes: docs/drive-folder.md") as cloud:
+        for scan in progress(inside, "scans"):
+            cloud.add(*place_scan(scan, poses, T_imu_velo))
 
 
 def place_scan(
     scan: tuple[int, Path], poses: PoseInterpolator, T_imu_velo: Matrix
-) -> npt.NDArray[np.void]:
-    """World points of one scan. Its time stamp is when the scanner looks forward; it turns
-    clockwise, so what lies to the left (azimuth > 0) was seen before."""
+) -> tuple[Matrix, Matrix]:
+    """World points (n, 3) of one scan and their intensities. Its time stamp is when the scanner
+    looks forward; it turns clockwise, so what lies to the left (azimuth > 0) was seen before."""
     time_ns, file = scan
     try:
         raw = np.fromfile(file, dtype="<f4")
@@ -66,8 +60,4 @@ def place_scan(
     position, rotation = poses.at(time_ns - offset_ns)
     p_imu = p_velo @ T_imu_velo[:3, :3].T + T_imu_velo[:3, 3]
     p_world = np.einsum("nij,nj->ni", rotation, p_imu) + position
-    result = np.empty(len(p_world), dtype=POINT)
-    for axis, name in enumerate("xyz"):
-        result[name] = p_world[:, axis]
-    result["intensity"] = reflectance
-    return result
+    return p_world, reflectance

@@ -12,11 +12,11 @@ from types import TracebackType
 import numpy as np
 import numpy.typing as npt
 
-from topoloc_import.velodyne import POINT
-
 Array = npt.NDArray[np.float64]
 Keys = npt.NDArray[np.int64]
 
+# Coordinates are relative to the first pose: float32 holds 0.1 mm up to 1 km away.
+POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4")])
 TILE_M = 50.0
 TILES_IN_MEMORY = 64  # what a scanner sees 80 m around takes 16 to 25
 Z_BITS = 21

@@ -11,6 +11,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 /// Configuration of one vehicle: vehicle.yaml and the files it names (docs/vehicle-config.md).
 namespace topoloc::config {
@@ -26,6 +27,7 @@ struct CameraConfig {
 
 struct VehicleConfig {
   std::string name;
+  std::vector<std::filesystem::path> files;  ///< that it was read from, vehicle.yaml first
   can::VehicleSignalsConfig can;
   CameraConfig camera;
   /// With the IMU's noise, the mounting (models.speed) and the undistorted matching camera

@@ -46,6 +46,8 @@ struct BuildConfig {
   /// Memory for reading, sorting and using the cloud; what does not fit goes to a nameless scratch
   /// file in the map's folder (CloudStorage). Does not change the map.
   std::uint64_t cloud_memory_bytes = std::uint64_t{1024} << 20U;
+  /// Refined poses that an interrupted build has left are taken over; else they are found anew.
+  bool take_over_poses = true;
   std::string creator;  ///< program and version, goes into the map
 };
 
@@ -62,9 +64,12 @@ struct BuildReport {
   std::string first_frame_error;    ///< in words; empty if there was none
   transport::LogDamage log_damage;  ///< of camera.lcm
   Selection selection;
+  std::size_t keyframes = 0;   ///< frames that refinement looked at; the others have no pose then
+  bool poses_resumed = false;  ///< refined poses were taken over from an interrupted run
   std::vector<RejectedNode> rejected_nodes;
   std::size_t nodes_written = 0;
   std::size_t nodes_resumed = 0;  ///< taken over from an interrupted run
+  std::size_t nodes_made = 0;     ///< by this one, rejected ones among them
   std::uint64_t features = 0;
   std::uint64_t lifted = 0;
   double mean_depth_std_m = 0.0;  ///< over the lifted features
@@ -88,9 +93,10 @@ struct BuildProgress {
 /// Builds a map from a cloud and a drive (method parts M1, M3, M7): at the poses of the trajectory,
 /// or at those that `refiner` finds.
 ///
-/// Finished nodes are kept in `<out>.partial/` until the map is complete: a build that was killed
-/// goes on where it stopped if inputs and settings are the same, and gives the same file as one
-/// that was not. The map does not depend on the number of threads.
+/// Refined poses, once all are found, and finished nodes are kept in `<out>.partial/` until the map
+/// is complete: a build that was killed goes on where it stopped if inputs and settings are the
+/// same, and gives the same file as one that was not. The map does not depend on the number of
+/// threads.
 ///
 /// Throws std::runtime_error (or an exception derived from it) that names file and reason: unusable
 /// inputs, a trajectory that covers no frame, a cloud that lies elsewhere than the drive, no node

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string_view>
 
 namespace topoloc::mapping {
@@ -25,5 +26,7 @@ inline constexpr std::array kNodeRejects{NodeReject::kUndecodableImage, NodeReje
 
 /// "too_few_features"
 std::string_view name(NodeReject reason);
+/// The reason of that name, if there is one.
+std::optional<NodeReject> reject_named(std::string_view name);
 
 }  // namespace topoloc::mapping

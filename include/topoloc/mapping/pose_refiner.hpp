@@ -10,6 +10,7 @@
 #include "topoloc/mapping/point_cloud.hpp"
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,6 +39,11 @@ class PoseRefiner {
   virtual ~PoseRefiner() = default;
   /// What the map says of how its poses were found.
   [[nodiscard]] virtual std::string name() const = 0;
+  /// What the poses depend on besides cloud, drive and files(), as text: with the same they are the
+  /// same.
+  [[nodiscard]] virtual std::string settings() const = 0;
+  /// Files that it uses besides, such as networks.
+  [[nodiscard]] virtual std::vector<std::filesystem::path> files() const { return {}; }
   /// In time order. Throws std::runtime_error where drive and cloud do not belong together.
   virtual std::vector<RefinedPose> refine(const CloudGrid& grid, drive::FrameLog& frames,
                                           const Progress& progress) = 0;

@@ -49,4 +49,8 @@ class ImagePairMatcher {
 std::unique_ptr<ImagePairMatcher> make_pair_matcher(
     const MatchingConfig& config, const std::filesystem::path& detector_free_model = {});
 
+/// The networks behind make_pair_matcher(); throws as it does where one is missing.
+std::vector<std::filesystem::path> pair_matcher_files(
+    const MatchingConfig& config, const std::filesystem::path& detector_free_model = {});
+
 }  // namespace topoloc::matching

@@ -18,6 +18,7 @@
 #include "topoloc/refinement/view_correlation.hpp"
 #include "topoloc/refinement/window_registration.hpp"
 
+#include <filesystem>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -89,6 +90,7 @@ struct RefinementConfig {
   SolverConfig solver;
   mapping::RenderConfig render;
   mapping::LiftConfig lift;
+  std::vector<std::filesystem::path> matcher_files;  ///< behind the matcher of image pairs
   int threads = 0;  ///< 0: one per core. Does not change the result
 };
 
@@ -106,6 +108,11 @@ class TrajectoryRefiner : public mapping::PoseRefiner {
                     std::unique_ptr<matching::ImagePairMatcher> matcher = nullptr);
 
   [[nodiscard]] std::string name() const override;
+  /// Of what a caller may choose; the rest are constants of the program.
+  [[nodiscard]] std::string settings() const override;
+  [[nodiscard]] std::vector<std::filesystem::path> files() const override {
+    return config_.matcher_files;
+  }
   std::vector<mapping::RefinedPose> refine(const mapping::CloudGrid& grid, drive::FrameLog& frames,
                                            const mapping::Progress& progress) override;
   /// What the last refine() tried, in its order; also after it has thrown.

@@ -219,10 +219,15 @@ TEST_F(MapBuilderTest, DoesNotTakeOverNodesOfAnotherCloud) {
 /// Says what it is told to.
 class ToldPoses : public PoseRefiner {
  public:
-  explicit ToldPoses(std::vector<RefinedPose> poses) : poses_(std::move(poses)) {}
+  explicit ToldPoses(std::vector<RefinedPose> poses, std::string settings = "told\n")
+      : poses_(std::move(poses)), settings_(std::move(settings)) {}
   [[nodiscard]] std::string name() const override { return "told"; }
+  [[nodiscard]] std::string settings() const override { return settings_; }
+  /// How often it was asked.
+  [[nodiscard]] int asked() const { return asked_; }
   std::vector<RefinedPose> refine(const CloudGrid& grid, drive::FrameLog& frames,
                                   const Progress& progress) override {
+    ++asked_;
     EXPECT_GT(grid.cloud().size(), 0U);
     EXPECT_EQ(frames.size(), 21U);
     if (progress) {
@@ -233,6 +238,8 @@ class ToldPoses : public PoseRefiner {
 
  private:
   std::vector<RefinedPose> poses_;
+  std::string settings_;
+  int asked_ = 0;
 };
 
 /// Poses of all frames as the trajectory has them, `off_m` to the side.
@@ -270,9 +277,63 @@ TEST_F(MapBuilderTest, TakesPosesAndVerdictsOfARefiner) {
   EXPECT_FALSE(map_report.nodes[3].rejected.has_value());
 }
 
+TEST_F(MapBuilderTest, TakesOverRefinedPosesOfAnInterruptedBuild) {
+  std::vector<RefinedPose> poses = beside_the_trajectory(drive_.paths, 1.0 / 3.0);
+  poses[15].rejected = NodeReject::kPoseContradicted;
+  int asked = 0;
+  BuildReport report;
+  const auto build = [&](const BuildPaths& paths, const std::string& settings,
+                         const Progress& nodes = {}) {
+    ToldPoses refiner(poses, settings);
+    report = {};
+    try {
+      report = build_map(paths, config_, {.cloud = {}, .poses = {}, .nodes = nodes}, &refiner);
+    } catch (const std::runtime_error& error) {
+      EXPECT_STREQ(error.what(), "power cut");
+    }
+    asked = refiner.asked();
+  };
+  const auto die = [](double) { throw std::runtime_error("power cut"); };
+  build(drive_.paths, "some", die);
+  EXPECT_EQ(asked, 1);
+  build(drive_.paths, "some");
+  EXPECT_EQ(asked, 0);
+  EXPECT_TRUE(report.poses_resumed);
+  EXPECT_EQ(report.nodes_resumed, 1U);
+  EXPECT_EQ(report.nodes_made, 3U);
+  EXPECT_FALSE(std::filesystem::exists(partial()));
+  BuildPaths other = drive_.paths;
+  other.out += ".uninterrupted";
+  build(other, "some");
+  EXPECT_FALSE(report.poses_resumed);
+  EXPECT_TRUE(testing::bytes_of(drive_.paths.out) == testing::bytes_of(other.out));
+
+  // Not with other settings, of another drive, or where they are not wanted.
+  build(drive_.paths, "some", die);
+  build(drive_.paths, "others", die);
+  EXPECT_EQ(asked, 1);
+  std::ofstream(drive_.paths.drive / "can.log") << "(1700000000.000000) can0 001#00\n";
+  build(drive_.paths, "others", die);
+  EXPECT_EQ(asked, 1);
+  config_.take_over_poses = false;
+  build(drive_.paths, "others");
+  EXPECT_EQ(asked, 1);
+}
+
+TEST_F(MapBuilderTest, CountsFramesThatRefinementLeftOut) {
+  std::vector<RefinedPose> poses = beside_the_trajectory(drive_.paths, 0.0);
+  std::erase_if(poses, [](const RefinedPose& pose) { return pose.frame % 4 != 0; });
+  ToldPoses refiner(poses);
+  config_.selection.frames = FrameParity::kEven;
+  const BuildReport report = build_map(drive_.paths, config_, {}, &refiner);
+  EXPECT_EQ(report.keyframes, 6U);
+  EXPECT_EQ(report.selection.frames_of_other_parity, 10U);
+  EXPECT_EQ(report.selection.frames_without_pose, 5U);
+}
+
 TEST_F(MapBuilderTest, DoesNotTakeOverNodesOfOtherPoses) {
   const auto build = [&](double off_m, const Progress& nodes = {}) {
-    ToldPoses refiner(beside_the_trajectory(drive_.paths, off_m));
+    ToldPoses refiner(beside_the_trajectory(drive_.paths, off_m), std::to_string(off_m));
     return build_map(drive_.paths, config_, {.cloud = {}, .poses = {}, .nodes = nodes}, &refiner);
   };
   const auto die = [](double share) {
