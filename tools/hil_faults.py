@@ -186,7 +186,7 @@ def check_fault(
     late = timeline.between(end_s + RECOVERY_S, next_s)
     back = timeline.time_s[(timeline.time_s >= end_s) & (timeline.mode == TRACKING)]
     errors_m = timeline.error_m[late & np.isfinite(timeline.error_m)]
-    worst_m = float(errors_m.max(initial=0.0))
+    worst_m = float(errors_m.max()) if errors_m.size else float("inf")
     stays = float(np.mean(timeline.mode[late] == TRACKING)) if late.any() else 0.0
     recovered = (
         back.size > 0
