@@ -263,7 +263,7 @@ def markdown(label: str, f: dict[str, float]) -> str:
 def main() -> None:
     parser = table_parser(
         __doc__,
-        "Example:\n  tools/accuracy_table.py --drive demo/kitti_0039 "
+        "Example:\n  .venv/bin/python tools/accuracy_table.py --drive demo/kitti_0039 "
         "--cloud ../shared/data/kitti_0039/cloud.laz\n",
         work="demo/table",
     )

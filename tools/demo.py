@@ -29,9 +29,9 @@ A recorded drive (make demo DRIVE=path; without one, a drive is simulated)
   (2011_09_26_drive_0009_sync: "synced+rectified data" and "calibration" from its download page,
   unpacked side by side). See docs/drive-folder.md."""
 EXAMPLES = """examples:
-  tools/demo.py
-  tools/demo.py ../shared/data/kitti_0039
-  tools/demo.py 2011_09_26/2011_09_26_drive_0009_sync --every-metres 2"""
+  .venv/bin/python tools/demo.py
+  .venv/bin/python tools/demo.py ../shared/data/kitti_0039
+  .venv/bin/python tools/demo.py 2011_09_26/2011_09_26_drive_0009_sync --every-metres 2"""
 
 
 def run(*command: str | Path) -> None:

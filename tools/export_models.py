@@ -25,10 +25,10 @@ from model_export.catalogue import EXTRACTORS, MATCHERS, Source, matcher_of
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = """examples:
-  tools/export_models.py
-  tools/export_models.py --models aliked-n16 disk
-  tools/export_models.py --models xfeat --sizes 960x544 --features 2048
-  tools/export_models.py --models-dir /opt/topoloc/models --force
+  .venv/bin/python tools/export_models.py
+  .venv/bin/python tools/export_models.py --models aliked-n16 disk
+  .venv/bin/python tools/export_models.py --models xfeat --sizes 960x544 --features 2048
+  .venv/bin/python tools/export_models.py --models-dir /opt/topoloc/models --force
 """
 
 

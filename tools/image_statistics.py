@@ -37,9 +37,9 @@ from image_check.matching import (
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = """examples:
-  tools/image_statistics.py demo/kitti_0039 demo/suite/drives/town_1_map
-  tools/image_statistics.py demo/kitti_0039 drives/town_1_map --within 0.3   # else exit 1
-  tools/image_statistics.py --across drives/town_1_map drives/town_1_dusk"""
+  .venv/bin/python tools/image_statistics.py demo/kitti_0039 demo/suite/drives/town_1_map
+  .venv/bin/python tools/image_statistics.py demo/kitti_0039 drives/town_1_map --within 0.3   # else exit 1
+  .venv/bin/python tools/image_statistics.py --across drives/town_1_map drives/town_1_dusk"""
 MATCHERS = ("mutual", "network")
 COMPARED = ("repeated_share", "inlier_share")
 MAX_ACROSS_M, MAX_ACROSS_RAD = 5.0, 0.3

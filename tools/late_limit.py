@@ -112,7 +112,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog="Example:\n  tools/late_limit.py --drive demo/kitti_0039\n",
+        epilog="Example:\n  .venv/bin/python tools/late_limit.py --drive demo/kitti_0039\n",
     )
     parser.add_argument("--drive", type=Path, required=True, help="KITTI drive, imported")
     parser.add_argument("--delays", type=float, nargs="+", default=[0.3, 0.8], metavar="S")

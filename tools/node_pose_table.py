@@ -203,7 +203,7 @@ def markdown(f: dict[str, Any]) -> str:
 def main() -> None:
     parser = table_parser(
         __doc__,
-        "Example:\n  tools/node_pose_table.py --drive demo/kitti_0039 "
+        "Example:\n  .venv/bin/python tools/node_pose_table.py --drive demo/kitti_0039 "
         "--cloud ../shared/data/kitti_0039/cloud.laz --seeds 1 2\n",
         work="demo/node_poses",
     )

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 EXAMPLES = """examples:
   topoloc-evaluate --reference ground_truth.tum --estimate est.tum --plots plots
-  tools/plot_evaluation.py plots/errors.csv --out plots
+  .venv/bin/python tools/plot_evaluation.py plots/errors.csv --out plots
 """
 
 AXES = [

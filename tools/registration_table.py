@@ -117,7 +117,7 @@ def markdown(drive: str, refine: str, result: dict[str, Any]) -> str:
 def main() -> None:
     parser = table_parser(
         __doc__,
-        "Example:\n  tools/registration_table.py \\\n"
+        "Example:\n  .venv/bin/python tools/registration_table.py \\\n"
         "      --drive demo/kitti_0039 --cloud ../shared/data/kitti_0039/cloud.laz \\\n"
         "      --drive demo/kitti_0009 --cloud demo/kitti_0009/cloud.ply\n",
         work="demo/registrations",

@@ -23,7 +23,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = """examples:
   make tick-latency
-  tools/tick_latency.py --minutes 1 --json tick.json"""
+  .venv/bin/python tools/tick_latency.py --minutes 1 --json tick.json"""
 PERIOD_US = 5000
 HISTOGRAM_US = 20_000  # cyclictest counts up to there
 
