@@ -4,7 +4,8 @@
 """A drive folder with other settings: its data is linked, vehicle.yaml is merged with --set.
 
 Example:
-  .venv/bin/python tools/drive_variant.py demo/drive --out demo/drive_mutual --set '{matching: {matcher: mutual}}'
+  .venv/bin/python tools/drive_variant.py demo/drive --out demo/mutual \\
+      --set '{matching: {matcher: mutual}}'
 """
 
 from __future__ import annotations

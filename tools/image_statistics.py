@@ -38,7 +38,7 @@ from image_check.matching import (
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = """examples:
   .venv/bin/python tools/image_statistics.py demo/kitti_0039 demo/suite/drives/town_1_map
-  .venv/bin/python tools/image_statistics.py demo/kitti_0039 drives/town_1_map --within 0.3   # else exit 1
+  .venv/bin/python tools/image_statistics.py demo/kitti_0039 drives/town_1 --within 0.3
   .venv/bin/python tools/image_statistics.py --across drives/town_1_map drives/town_1_dusk"""
 MATCHERS = ("mutual", "network")
 COMPARED = ("repeated_share", "inlier_share")

@@ -117,7 +117,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog="Example:\n  .venv/bin/python tools/oxts_noise.py ../shared/data/kitti_oxts/*.csv.gz\n",
+        epilog="Example:\n  .venv/bin/python tools/oxts_noise.py path/to/kitti_oxts/*.csv.gz\n",
     )
     parser.add_argument("drives", nargs="+", type=Path, help="OXTS tables (.csv.gz)")
     parser.add_argument(
