@@ -3,13 +3,13 @@
 # SPDX-FileCopyrightText: 2026 The topoloc authors
 """Hardware-in-the-loop bench: the vehicle process on a virtual CAN bus, fed in real time.
 
-Imports the drive and maps its even frames (where that is not done yet), starts the localiser,
-plays the drive's CAN frames and odd camera frames to it, records what it says on LCM, and checks:
-every tick is accounted for, nothing is lost on the way, the poses are right, and replaying the
-journal gives what was published, byte for byte. A run that fails on a machine without time to give
-(a process of highest priority misses its periods, too) is played again; what is the process's own
-duty on any machine counts in each. Exit code: 0 all checks passed, 1 not, 3 all but those that the
-machine had no time for, or there is no virtual CAN.
+Imports or simulates the drive and maps its even frames (where that is not done yet), starts the
+localiser, plays the drive's CAN frames and odd camera frames to it, records what it says on LCM,
+and checks: every tick is accounted for, nothing is lost on the way, the poses are right, and
+replaying the journal gives what was published, byte for byte. A run that fails on a machine without
+time to give (a process of highest priority misses its periods, too) is played again; what is the
+process's own duty on any machine counts in each. Exit code: 0 all checks passed, 1 not, 3 all but
+those that the machine had no time for, or there is no virtual CAN.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import os
 import shutil
 import subprocess
 import sys
@@ -34,7 +33,7 @@ import numpy as np
 import yaml
 
 from accuracy_table import evaluate, run
-from demo import import_drive
+from bench_drive import bench_drive
 from freshness import outdated
 from hil_guest import MAX_MACHINE_MISSED
 from lcm_types import message_types
@@ -198,10 +197,8 @@ def first_pose(trajectory: Path) -> str:
 
 def prepare_map(args: argparse.Namespace) -> tuple[Path, Path]:
     """Drive folder and map of its even frames."""
-    drive = args.work / args.drive.name
-    args.work.mkdir(parents=True, exist_ok=True)
-    cloud = import_drive(args.drive.resolve(), drive)
-    built = args.work / f"{args.drive.name}.tmap"
+    drive, cloud = bench_drive(args.drive, args.work, args.bins)
+    built = args.work / f"{drive.name}.tmap"
     if outdated(built, [drive, cloud, args.bins / "topoloc-map"]):
         run(
             args.bins / "topoloc-map", "build", "--drive", drive, "--cloud", cloud,
@@ -480,7 +477,12 @@ def bench_parser(description: str | None, epilog: str) -> argparse.ArgumentParse
         epilog=epilog,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--drive", type=Path, help="source of KITTI drive 0039; default: shared")
+    parser.add_argument(
+        "--drive",
+        type=Path,
+        help="a recording, or a drive folder with its cloud; default: the shared KITTI drive 0039, "
+        "or, where that is not, a simulated one",
+    )
     parser.add_argument("--bins", type=Path, default=ROOT / "build/release/bin")
     parser.add_argument(
         "--localiser",
@@ -491,19 +493,6 @@ def bench_parser(description: str | None, epilog: str) -> argparse.ArgumentParse
     parser.add_argument("--work", type=Path, default=ROOT / "build/hil")
     parser.add_argument("--json", type=Path, help="checks and what they found, as JSON")
     return parser
-
-
-def has_drive(args: argparse.Namespace) -> bool:
-    """False where there is no shared drive and none was given."""
-    given = args.drive is not None
-    shared = Path(os.environ.get("TOPOLOC_DATA", ROOT / "../shared/data"))
-    args.drive = args.drive if given else shared / "kitti_0039"
-    if args.drive.is_dir():
-        return True
-    if given:
-        sys.exit(f"{args.drive}: no such folder")
-    print(f"skipped: {args.drive} is not there (give --drive or set TOPOLOC_DATA)")
-    return False
 
 
 def add_max_missed(parser: argparse.ArgumentParser) -> None:
@@ -520,8 +509,6 @@ def main() -> int:
     add_max_missed(parser)
     parser.add_argument("--seconds", type=float, default=1e5, help="only so much of the drive")
     args = parser.parse_args()
-    if not has_drive(args):
-        return 0
     drive, built, vehicle = prepare(args)
 
     def play_once() -> Attempt:

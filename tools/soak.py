@@ -38,7 +38,6 @@ from hil import (
     check_ends,
     check_inputs,
     check_ticks,
-    has_drive,
     play,
     prepare_map,
     print_timing,
@@ -92,7 +91,7 @@ class Held:
 def prepare(args: argparse.Namespace) -> tuple[Path, Path, Path]:
     """The closed drive, the map, and the configuration of the localiser."""
     drive, built = prepare_map(args)
-    mirrored = args.work / f"{args.drive.name}_mirrored"
+    mirrored = args.work / f"{drive.name}_mirrored"
     tool = ROOT / "tools/mirrored_drive.py"
     if outdated(mirrored / "vehicle.yaml", [drive / "vehicle.yaml", drive / "can.log", tool]):
         run(sys.executable, tool, "--drive", drive, "--out", mirrored, "--force")
@@ -193,8 +192,6 @@ def main() -> int:
     add_max_missed(parser)
     parser.add_argument("--minutes", type=float, default=60.0, help="default: %(default)s")
     args = parser.parse_args()
-    if not has_drive(args):
-        return 0
     drive, built, vehicle = prepare(args)
     out = args.work / "soak"
     seconds = 60.0 * args.minutes
