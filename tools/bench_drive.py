@@ -6,10 +6,11 @@ one that the project makes itself."""
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 from pathlib import Path
 
-from demo import import_drive, run
+from demo import import_drive, is_new_source, note_source, run
 from drive_variant import make_variant
 from freshness import outdated
 
@@ -48,6 +49,10 @@ def bench_drive(given: Path | None, work: Path, bins: Path) -> tuple[Path, Path]
     clouds = [c for c in (recorded / "cloud.laz", recorded / "cloud.ply") if c.is_file()]
     if not clouds:
         sys.exit(f"{recorded}: a drive folder without cloud.laz or cloud.ply: nothing to map it by")
-    if outdated(drive / "vehicle.yaml", [recorded / "vehicle.yaml"]):
+    if is_new_source(drive, recorded.resolve()) or outdated(
+        drive / "vehicle.yaml", [recorded / "vehicle.yaml"]
+    ):
+        shutil.rmtree(drive, ignore_errors=True)
         make_variant(recorded, drive, {})
+        note_source(drive, recorded.resolve())
     return drive, clouds[0]

@@ -41,20 +41,34 @@ def run(*command: str | Path) -> None:
     subprocess.run([str(c) for c in command], check=True)
 
 
+def source_note(drive: Path) -> Path:
+    return drive.with_name(f"{drive.name}.source")
+
+
+def is_new_source(drive: Path, source: Path) -> bool:
+    """Whether the drive folder was made of something else: another recording whose folder has the
+    same name is no older version of this one."""
+    note = source_note(drive)
+    return not note.is_file() or note.read_text() != f"{source}\n"
+
+
+def note_source(drive: Path, source: Path) -> None:
+    source_note(drive).write_text(f"{source}\n")
+
+
 def import_drive(source: Path, drive: Path) -> Path:
     """Makes the drive folder; returns the point cloud that belongs to it."""
     importer = ROOT / "tools/topoloc-import"
     ready_cloud = source / "cloud.laz"
     own_cloud = drive / "cloud.ply"
-    # Another recording whose folder has the same name is no older version of this one.
-    imported = drive.with_name(f"{drive.name}.source")
-    other = not imported.is_file() or imported.read_text() != f"{source}\n"
-    if other or outdated(drive / "vehicle.yaml", [source, importer, ROOT / "tools/topoloc_import"]):
+    if is_new_source(drive, source) or outdated(
+        drive / "vehicle.yaml", [source, importer, ROOT / "tools/topoloc_import"]
+    ):
         if ready_cloud.is_file():
             run(importer, "kitti-0039", source, "--out", drive, "--force")
         else:
             run(importer, "kitti-raw", source, "--out", drive, "--cloud", "--force")
-        imported.write_text(f"{source}\n")
+        note_source(drive, source)
     return ready_cloud if ready_cloud.is_file() else own_cloud
 
 

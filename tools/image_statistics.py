@@ -49,9 +49,12 @@ Statistics = dict[str, dict[str, float]]
 
 def neighbours(drive: DriveImages, metres: float, count: int) -> list[tuple[int, int]]:
     """Evenly spread pairs of frames that are at least `metres` apart, hardly farther."""
-    pairs = []
+    pairs: list[tuple[int, int]] = []
     positions = [position for _, _, position in drive.cameras]
     for i, position in enumerate(positions):
+        # A vehicle that stands is one view, however many frames it takes.
+        if pairs and np.linalg.norm(position - positions[pairs[-1][0]]) < 0.1 * metres:
+            continue
         for j in range(i + 1, len(positions)):
             if np.linalg.norm(positions[j] - position) >= metres:
                 pairs.append((i, j))

@@ -12,7 +12,7 @@ from scenario_suite.demo_report import demo_report, demo_table
 from scenario_suite.figures import load_results
 from scenario_suite.plan import Choice, make_plan
 from scenario_suite.rows import ROWS
-from scenario_suite.steps import Book, Runner, program_finder
+from scenario_suite.steps import Book, Runner, program_finder, stop_like_interrupt
 
 ROOT = Path(__file__).resolve().parent.parent
 SCENARIO = "mixed"
@@ -34,6 +34,7 @@ def run(out: Path, bins: Path, every_metres: float = 5.0, metres: float = METRES
         node_spacing_m=every_metres,
         overlays=True,
     )
+    stop_like_interrupt()
     plan = make_plan(choice, [row for row in ROWS if row.name in DEMO_ROWS])
     out.mkdir(parents=True, exist_ok=True)
     book = Book(out)

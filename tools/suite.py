@@ -13,7 +13,6 @@ import argparse
 import json
 import os
 import shlex
-import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -23,7 +22,7 @@ from scenario_suite.figures import Hardness, Results, Verdict, hardness, judge, 
 from scenario_suite.plan import Choice, Plan, make_plan, reduced
 from scenario_suite.report import code_version, suite_report
 from scenario_suite.rows import HARD_ROWS, HARD_TIMES, REDUCED_TARGETS, TARGETS
-from scenario_suite.steps import Book, Runner, program_finder
+from scenario_suite.steps import Book, Runner, program_finder, stop_like_interrupt
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = """examples:
@@ -82,8 +81,8 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         parser.error(f"--scenarios: {', '.join(sorted(unknown)) or 'none given'}")
     if not args.seeds or min(args.seeds) < 0 or max(args.seeds) > 99:
         parser.error("--seeds: give numbers from 0 to 99")
-    if not 50.0 <= args.metres <= 100000.0:
-        parser.error("--metres: at least 50")
+    if not 50.0 <= args.metres <= 50000.0:
+        parser.error("--metres: 50 to 50000")
     if not 1.0 <= args.camera_hz <= 60.0:
         parser.error("--camera-hz: 1 to 60")
     if args.jobs < 1:
@@ -137,8 +136,8 @@ def as_json(results: Results, verdicts: list[Verdict], hard: list[Hardness]) -> 
                 "scenario": h.target.scenario,
                 "row": h.row.name,
                 "figure": h.target.figure,
-                # No number where it was lost: JSON has no infinity.
-                "times": "lost" if h.times == float("inf") else h.times,
+                # JSON has no infinity.
+                "times": "no poses" if h.times == float("inf") else h.times,
                 "hard": h.hard(HARD_TIMES),
             }
             for h in hard
@@ -187,6 +186,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             f"topoloc-evaluate suite: no row is named '{args.only}' (see --list)", file=sys.stderr
         )
         return 2
+    targets = REDUCED_TARGETS if args.reduced else TARGETS
+    measured = {(run.scenario, run.row.name) for run in plan.runs}
+    if args.check and not any((t.scenario, t.row) in measured for t in targets):
+        print("topoloc-evaluate suite: --check: none of these rows has a target", file=sys.stderr)
+        return 2
     out = (args.out or ROOT / "demo" / ("suite-reduced" if args.reduced else "suite")).resolve()
     out.mkdir(parents=True, exist_ok=True)
     resolve = program_finder(args.bins.resolve(), ROOT / "tools", sys.executable)
@@ -203,13 +207,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         if args.report_only:
             runner.to_do(plan.steps)
+            code = int(any(outcome.failed for outcome in book.outcomes.values()))
         elif not runner.run(plan.steps):
             code = 1
     except KeyboardInterrupt:
         tell("\ninterrupted: the same command goes on from here")
         code = 130
     results = load_results(plan, out, book)
-    targets = REDUCED_TARGETS if args.reduced else TARGETS
     verdicts = judge(results, targets)
     # On a short way dead reckoning is good anywhere.
     hard = hardness(results, TARGETS, HARD_ROWS[:1] if args.reduced else HARD_ROWS)
@@ -227,10 +231,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
-def stop(*_: object) -> None:
-    raise KeyboardInterrupt
-
-
 if __name__ == "__main__":
-    signal.signal(signal.SIGTERM, stop)
+    stop_like_interrupt()
     sys.exit(main())

@@ -21,6 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace topoloc::evaluation;
+using topoloc::apps::become_python_tool;
 using topoloc::apps::run_python_tool;
 
 struct Options {
@@ -105,7 +106,7 @@ void run(const Options& options) {
 /// The scenario suite; its options are read by the tool itself.
 int suite(const std::vector<std::string>& arguments) {
   try {
-    return run_python_tool("suite.py", arguments);
+    become_python_tool("suite.py", arguments);
   } catch (const std::exception& error) {
     std::cerr << "topoloc-evaluate suite: " << error.what() << '\n';
     return topoloc::apps::kFailed;

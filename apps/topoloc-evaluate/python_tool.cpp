@@ -25,9 +25,9 @@ int wait_for(pid_t child) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
 }
 
-}  // namespace
-
-int run_python_tool(const std::string& name, const std::vector<std::string>& arguments) {
+/// Interpreter, tool and arguments; sets TOPOLOC_BIN.
+std::vector<std::string> tool_command(const std::string& name,
+                                      const std::vector<std::string>& arguments) {
   const fs::path root = TOPOLOC_SOURCE_DIR;
   const std::string python = (root / ".venv/bin/python").string();
   const std::string tool = (root / "tools" / name).string();
@@ -36,20 +36,37 @@ int run_python_tool(const std::string& name, const std::vector<std::string>& arg
       throw std::runtime_error(file + " is missing (see README, set-up)");
     }
   }
+  std::error_code none;
+  const fs::path here = fs::read_symlink("/proc/self/exe", none).parent_path();
+  ::setenv("TOPOLOC_BIN", here.c_str(), 0);
   std::vector<std::string> command{python, tool};
   command.insert(command.end(), arguments.begin(), arguments.end());
+  return command;
+}
+
+/// Returns only where it fails.
+void execute(std::vector<std::string>& command) {
   std::vector<char*> argv;
   for (std::string& word : command) {
     argv.push_back(word.data());
   }
   argv.push_back(nullptr);
-  std::error_code none;
-  const fs::path here = fs::read_symlink("/proc/self/exe", none).parent_path();
-  ::setenv("TOPOLOC_BIN", here.c_str(), 0);
+  execv(argv.front(), argv.data());
+}
 
+}  // namespace
+
+void become_python_tool(const std::string& name, const std::vector<std::string>& arguments) {
+  std::vector<std::string> command = tool_command(name, arguments);
+  execute(command);
+  throw std::system_error(errno, std::generic_category(), command.front());
+}
+
+int run_python_tool(const std::string& name, const std::vector<std::string>& arguments) {
+  std::vector<std::string> command = tool_command(name, arguments);
   const pid_t child = fork();
   if (child == 0) {
-    execv(python.c_str(), argv.data());
+    execute(command);
     _exit(127);
   }
   if (child < 0) {

@@ -61,7 +61,7 @@ void add_options(CLI::App& app, Options& options) {
       ->capture_default_str();
   app.add_option("--out", options.out, "Drive folder to make")->required();
   app.add_option("--length-km", options.length_km, "Of the road")
-      ->check(CLI::Range(0.05, 100.0))
+      ->check(CLI::Range(0.05, 50.0))
       ->capture_default_str();
   app.add_option("--light", options.light)
       ->check(CLI::IsMember({"day", "overcast", "dusk", "night"}))
@@ -79,7 +79,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_flag("--ply", options.ply, "The cloud as cloud.ply, too");
   app.add_flag("--no-images", options.no_images, "No camera.lcm: done in seconds");
   app.add_flag("--ideal-sensors", options.ideal_sensors,
-               "No noise, biases, delays or mounting errors; an exact cloud");
+               "No noise, biases, delays or mounting errors; points exactly on their surfaces");
   app.add_flag("--slip", options.slip, "Wheels that spin and lock now and then");
   app.add_option("--json", options.json, "The summary as JSON to this file, - for stdout");
 }

@@ -14,9 +14,14 @@ constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr std::int64_t kDay_s = 86'400;
 constexpr std::int64_t kFirstDay_s = 1'780'272'000;  // 2026-06-01, UTC
 
+std::uint64_t place_key(const world::WorldSpec& spec) {
+  return world::key(spec.seed, {static_cast<std::uint64_t>(spec.scenario)});
+}
+
 std::uint64_t drive_key(const DriveRequest& request) {
-  // A mapping drive and another day's drive of the same seed are two drives.
-  return world::key(request.seed, {request.mapping ? 1U : 2U});
+  // A mapping drive and another day's drive of the same seed are two drives, and in another world
+  // they are others: else all scenarios of a suite would share one draw of the sensors' errors.
+  return world::key(request.seed, {request.mapping ? 1U : 2U, place_key(request.world)});
 }
 
 std::int64_t begin_ns(const DriveRequest& request) {
@@ -50,6 +55,7 @@ void make_ideal(DriveSpec& spec) {
   spec.survey.poses.position_m = 0.0;
   spec.survey.poses.rotation_rad = 0.0;
   spec.survey.lidar.range_noise_m = 0.0;
+  spec.survey.lidar.beam_divergence_rad = 0.0;
 }
 
 }  // namespace
@@ -66,7 +72,7 @@ DriveSpec drive_spec(const DriveRequest& request) {
   spec.ego.from_m = request.mapping ? 3.0 : 5.0;
   spec.ego.before_end_m = request.mapping ? 12.0 : 14.0;
   // One car drives through one world, whatever the day.
-  const std::uint64_t car = world::key(request.world.seed, {kCar});
+  const std::uint64_t car = world::key(place_key(request.world), {kCar});
   spec.nominal = nominal_mounting();
   spec.built = built_mounting(car);
   spec.wheels.slip = request.slip;

@@ -26,7 +26,7 @@ from drive_variant import make_variant, merged
 from scenario_suite.figures import read_json
 from scenario_suite.plan import Choice, make_plan
 from scenario_suite.rows import TARGETS
-from scenario_suite.steps import file_checksum
+from scenario_suite.steps import first_checksum
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -124,7 +124,7 @@ def test_an_interrupt_ends_the_program_writes_the_report_and_is_gone_on_from(
 ) -> None:
     slow = "import time\nif option('--drive').endswith('day'):\n    (here / 'there').touch()\n"
     programs.write("topoloc-localise", slow + "    time.sleep(1000)\n" + LOCALISE)
-    file_checksum.cache_clear()
+    first_checksum.cache_clear()
     out = programs.folder.parent / "out"
     command: list[str | Path] = [
         sys.executable,
@@ -143,7 +143,7 @@ def test_an_interrupt_ends_the_program_writes_the_report_and_is_gone_on_from(
     assert process.wait(timeout=60) == 130
     assert "steps have not been run yet" in report(programs)
     programs.write("topoloc-localise", LOCALISE)
-    file_checksum.cache_clear()
+    first_checksum.cache_clear()
     programs.calls()
     assert run(programs, "--scenarios", "town", "--only", "day_truth") == 0
     assert [c.split()[0] for c in programs.calls()] == ["topoloc-localise", "topoloc-evaluate"]
@@ -153,7 +153,7 @@ def test_a_changed_program_or_length_does_again_what_depends_on_it(programs: Fak
     run(programs, "--scenarios", "town", "--only", "day_truth")
     programs.calls()
     programs.write("topoloc-localise", "# another build" + LOCALISE)
-    file_checksum.cache_clear()  # a run takes the programs as they are at its start
+    first_checksum.cache_clear()  # a run takes the programs as they are at its start
     run(programs, "--scenarios", "town", "--only", "day_truth")
     assert [c.split()[0] for c in programs.calls()] == ["topoloc-localise", "topoloc-evaluate"]
     run(programs, "--scenarios", "town", "--only", "day_truth", "--metres", "300")
@@ -217,6 +217,36 @@ def test_a_world_that_the_weak_baseline_copes_with_is_told(programs: FakeProgram
     )  # fmt: skip
     assert not entry["hard"] and entry["times"] == pytest.approx(0.2 / 0.15)
     assert "the world is too easy" in report(programs)
+
+
+def test_being_lost_does_not_make_a_world_hard(programs: FakePrograms) -> None:
+    programs.errors(town_1_day_reckoning=0.2)
+    programs.lost('["town_1_day_reckoning.tum"]')  # as any without a map for long enough
+    run(programs, "--scenarios", "town")
+    entry = next(
+        h for h in figures(programs)["hard_enough"]
+        if h["row"] == "day_reckoning" and h["figure"] == "apet_m"
+    )  # fmt: skip
+    assert not entry["hard"] and entry["times"] == pytest.approx(0.2 / 0.15)
+
+
+def test_a_program_replaced_while_it_runs_makes_no_result(programs: FakePrograms) -> None:
+    replace = "Path(__file__).write_text(Path(__file__).read_text() + '# another build')\n"
+    programs.write("topoloc-localise", LOCALISE + replace)
+    first_checksum.cache_clear()
+    assert run(programs, "--scenarios", "town", "--only", "day_truth") == 1
+    assert "was replaced meanwhile" in report(programs)
+
+
+def test_a_report_of_what_there_is_tells_what_failed(programs: FakePrograms) -> None:
+    programs.fail("day_truth")
+    assert run(programs, "--scenarios", "town", "--only", "day_truth") == 1
+    assert run(programs, "--scenarios", "town", "--only", "day_truth", "--report-only") == 1
+    assert "made to fail" in report(programs)
+
+
+def test_a_check_without_any_target_is_an_error(programs: FakePrograms) -> None:
+    assert run(programs, "--scenarios", "town", "--only", "gnss", "--check") == 2
 
 
 def test_medians_are_over_the_seeds_and_need_all_of_them(programs: FakePrograms) -> None:

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from scenario_suite import plots
-from scenario_suite.figures import Results, read_json
+from scenario_suite.figures import Results, read_json, valid
 from scenario_suite.page import (
     Html,
     Table,
@@ -52,8 +52,10 @@ def timings(results: Results) -> Html:
             table.add(stage.removesuffix("_seconds"), number(seconds, 1))
     frame = Table(["stage of a frame, median", "ms"])
     for run in results.plan.runs:
+        if run.row.map is None or not valid(results.book, f"localise_{run.name}"):
+            continue
         summary = read_json(results.folder / f"estimates/{run.name}.json")
-        if summary is None or run.row.map is None:
+        if summary is None:
             continue
         stages = summary.get("median_stage_ms", {})
         for stage in STAGES:
@@ -64,8 +66,10 @@ def timings(results: Results) -> Html:
 
 
 def overlays(results: Results, run: Run) -> list[Html]:
-    folder = results.folder / f"maps/map_{run.place}_auto_overlay"
-    files = sorted(folder.glob("*.png"))
+    name = f"map_{run.place}_auto"
+    if not valid(results.book, f"{name}_nodes"):
+        return []
+    files = sorted((results.folder / f"maps/{name}_overlay").glob("*.png"))
     step = max(1, -(-len(files) // MOST_OVERLAYS))
     return [drawing(picture(f, 1000), f.stem.replace("_", " ")) for f in files[::step]]
 

@@ -25,8 +25,11 @@ MIN_COVERAGE = 0.99
 # Of the evaluation, copied as they are.
 PLAIN = (
     "apet_m", "aper_rad", "longitudinal_m", "lateral_m", "longitudinal_signed_m",
-    "lateral_signed_m", "max_position_m", "p95_position_m", "coverage", "travelled_m",
+    "lateral_signed_m", "vertical_m", "max_position_m", "p95_position_m", "coverage",
+    "travelled_m",
 )  # fmt: skip
+
+PARTS = ("longitudinal", "lateral", "vertical")
 
 Figures = dict[str, float]
 
@@ -241,12 +244,9 @@ def why(results: Results, row: RowFigures, target: Target) -> list[str]:
             )
         else:
             reasons.append(f"both: with true node poses {name} is {beside:.3g} {unit}{off}")
-    along, across = row.median("longitudinal_m"), row.median("lateral_m")
-    if target.figure == "apet_m" and along is not None and across is not None:
-        up = math.sqrt(max(0.0, value**2 - along**2 - across**2))
-        parts = {"longitudinal": along, "lateral": across, "vertical": up}
-        worst = max(parts, key=lambda key: parts[key])
-        reasons.append(f"mostly {worst}")
+    if target.figure == "apet_m":
+        parts = {part: row.median(f"{part}_m") or 0.0 for part in PARTS}
+        reasons.append(f"mostly {max(parts, key=lambda part: parts[part])}")
     used = row.median("used_share")
     if used is not None and used < 0.8:
         reasons.append(f"only {100.0 * used:.0f} % of the frames give a fix")
@@ -259,7 +259,7 @@ class Hardness:
 
     target: Target
     row: Row
-    times: float | None  # value over target; None: not measured
+    times: float | None  # value over target, inf: hardly a pose; None: not measured
 
     def hard(self, times: float) -> bool:
         return self.times is not None and self.times >= times
@@ -272,10 +272,9 @@ def hardness(results: Results, targets: Iterable[Target], rows: Iterable[str]) -
             row = results.row(target.scenario, f"{target.row}_{name}")
             if row is None:
                 continue
-            value = row.median(target.figure)
-            # A run that was lost has missed every target.
-            times = math.inf if row.lost == len(row.by_seed) else None
-            if times is None and value is not None:
-                times = value / target.limit
+            value, coverage = row.median(target.figure), row.median("coverage")
+            times = None if value is None else value / target.limit
+            if coverage is not None and coverage < MIN_COVERAGE:
+                times = math.inf  # the errors are those of the rest of the way
             out.append(Hardness(target, row.row, times))
     return out

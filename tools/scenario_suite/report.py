@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from scenario_suite import plots
-from scenario_suite.figures import Hardness, Results, Verdict
+from scenario_suite.figures import Hardness, Results, Verdict, valid
 from scenario_suite.page import (
     Html,
     drawing,
@@ -97,9 +97,10 @@ def curves(results: Results, scenario: str, seed: int, rows: list[tuple[str, str
 
 
 def nodes_of(results: Results, scenario: str, seed: int) -> plots.Array | None:
-    path = results.folder / f"maps/map_{scenario}_{seed}_auto.tum"
-    if not path.is_file():
+    name = f"map_{scenario}_{seed}_auto"
+    if not valid(results.book, f"{name}_nodes"):
         return None
+    path = results.folder / f"maps/{name}.tum"
     table: plots.Array = np.loadtxt(path, comments="#", ndmin=2)
     return table[:, 1:3]
 

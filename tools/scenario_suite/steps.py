@@ -15,6 +15,7 @@ import hashlib
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -25,7 +26,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
-from demo_start import start_pose
+from demo_start import INITIAL_ERROR_M, INITIAL_YAW_ERROR_DEG, start_pose
 
 Resolve = Callable[[str], str]
 
@@ -45,9 +46,8 @@ class StartPose:
         return [f"--initial-pose={start_pose(folder / self.trajectory, self.disturbed)}"]
 
     def __str__(self) -> str:
-        return (
-            f"--initial-pose=<{'disturbed ' if self.disturbed else ''}start of {self.trajectory}>"
-        )
+        off = f", off by {INITIAL_ERROR_M} m and {INITIAL_YAW_ERROR_DEG:g} degrees"
+        return f"--initial-pose=<start of {self.trajectory}{off if self.disturbed else ''}>"
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Book:
         return self.folder / "steps" / f"{name}.log"
 
     def recall(self, step: Step, key: str) -> Outcome | None:
-        """The outcome of an earlier run, if it was for the same key and went well."""
+        """The outcome of an earlier run, if it was for the same key and its products are there."""
         try:
             data = json.loads(self.file(step.name).read_text())
             data["command"] = tuple(data["command"])
@@ -97,7 +97,7 @@ class Book:
         except (OSError, ValueError, TypeError, KeyError):
             return None
         there = all((self.folder / product).exists() for product in step.products)
-        return outcome if outcome.key == key and there and not outcome.failed else None
+        return outcome if outcome.key == key and (there or outcome.failed) else None
 
     def note(self, name: str, outcome: Outcome) -> None:
         self.outcomes[name] = outcome
@@ -108,9 +108,12 @@ class Book:
         part.replace(file)
 
 
-@cache
 def file_checksum(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else "none"
+
+
+# As the file was when this run began.
+first_checksum = cache(file_checksum)
 
 
 def keys_of(steps: Iterable[Step], resolve: Resolve) -> dict[str, str]:
@@ -118,8 +121,8 @@ def keys_of(steps: Iterable[Step], resolve: Resolve) -> dict[str, str]:
     keys: dict[str, str] = {}
     for step in steps:
         words = [str(word) for word in step.command]
-        programs = [file_checksum(Path(resolve(words[0])))]
-        programs += [file_checksum(path) for path in step.reads]
+        programs = [first_checksum(Path(resolve(words[0])))]
+        programs += [first_checksum(path) for path in step.reads]
         before = [keys[name] for name in step.after]
         text = json.dumps([words, programs, before, list(step.products), step.stdout])
         keys[step.name] = hashlib.sha256(text.encode()).hexdigest()[:20]
@@ -146,8 +149,10 @@ def run_step(step: Step, key: str, book: Book, resolve: Resolve, show: bool = Fa
         for word in step.command:
             words += word.words(folder) if isinstance(word, StartPose) else [word]
         book.log(step.name).parent.mkdir(parents=True, exist_ok=True)
+        program = Path(resolve(words[0]))
+        interpreter = [sys.executable] if program.suffix == ".py" else []
         code = run_logged(
-            [resolve(words[0]), *words[1:]],
+            [*interpreter, str(program), *words[1:]],
             folder,
             book.log(step.name),
             folder / step.stdout if step.stdout else None,
@@ -159,6 +164,8 @@ def run_step(step: Step, key: str, book: Book, resolve: Resolve, show: bool = Fa
             error = f"exit code {code}\n{error}".strip()
         elif missing:
             error = f"did not make {', '.join(missing)}"
+        elif file_checksum(program) != first_checksum(program):
+            error = f"{program} was replaced meanwhile: run the suite again"
     except (OSError, ValueError) as problem:
         error = str(problem)
     return Outcome(key, bool(error), round(time.monotonic() - begin, 2), error, tuple(words))
@@ -190,6 +197,9 @@ def run_logged(command: list[str], folder: Path, log: Path, stdout: Path | None,
         finally:
             RUNNING.discard(process)
             said.close()
+            if process.poll() is None:  # what it says could not be kept
+                process.terminate()
+                process.wait()
 
 
 def last_lines(path: Path, count: int = 12) -> str:
@@ -197,6 +207,15 @@ def last_lines(path: Path, count: int = 12) -> str:
     text = path.read_text(errors="replace")
     lines = [line.split("\r")[-1].rstrip() for line in text.replace("\r\n", "\n").split("\n")]
     return "\n".join([line for line in lines if line][-count:])
+
+
+def stop_like_interrupt() -> None:
+    """SIGTERM ends this process as Ctrl-C does."""
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGTERM, interrupt)
 
 
 @contextmanager
@@ -233,7 +252,7 @@ class Runner:
             outcome = self.book.recall(step, keys[step.name])
             if outcome is not None and not any(s.name in step.after for s in left):
                 self.book.outcomes[step.name] = outcome
-            else:
+            if self.failed(step.name):
                 left.append(step)
         return left
 

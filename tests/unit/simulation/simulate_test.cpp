@@ -129,6 +129,21 @@ TEST(Simulate, AnotherDayHasOtherParkedCarsInTheSameWorld) {
   EXPECT_NE(map.key(DriveSpec::Part::kImu), day.key(DriveSpec::Part::kImu));
 }
 
+TEST(Simulate, SameSeedInAnotherWorldIsAnotherDriveOfAnotherCar) {
+  DriveRequest town;
+  DriveRequest highway;
+  highway.world.scenario = world::Scenario::kHighway;
+  DriveRequest other_town;
+  other_town.world.seed = town.world.seed + 1;
+  const DriveSpec first = drive_spec(town);
+  for (const DriveRequest& request : {highway, other_town}) {
+    const DriveSpec other = drive_spec(request);
+    EXPECT_NE(first.visit.seed, other.visit.seed);
+    EXPECT_NE(first.key(DriveSpec::Part::kImu), other.key(DriveSpec::Part::kImu));
+    EXPECT_GT((first.built.T_vehicle_cam.p - other.built.T_vehicle_cam.p).norm(), 1e-6);
+  }
+}
+
 TEST(Simulate, MappingDriveHasACloudAndARoughTrajectory) {
   const TemporaryFolder folder;
   DriveRequest request = town_drive(4);
