@@ -254,7 +254,7 @@ Ambient::Value Ambient::on_vehicle(const Hit& hit) {
   return {value.irradiance * (up + kBounceAlbedo * (1.0F - up)), value.openness * up};
 }
 
-/// Rays from a place to all sides; from half of those that meet something, what is lit there.
+/// Rays from a place to all sides; of half of those that meet something, whether the sun lights it.
 Ambient::Value Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vector3d& normal,
                                  Gather gather) const {
   const Eigen::Matrix3d R = frame_of(normal);
@@ -266,9 +266,7 @@ Ambient::Value Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vec
   raycaster_->cast(rays, hits, Obstacles::kFixed);
 
   Value sum;
-  std::array<Ray, 2 * kHemisphereRays> lights;  // from what is met: straight up, and to the sun
-  std::array<float, 2 * kHemisphereRays> strengths{};
-  std::size_t count = 0;
+  float facing_up = 0.0F;
   bool skip = false;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (!hits[i]) {
@@ -282,20 +280,16 @@ Ambient::Value Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vec
       continue;
     }
     const Hit& met = *hits[i];
-    const Eigen::Vector3d start_m = off_surface(met);
-    lights[count] = {start_m, Eigen::Vector3d::UnitZ()};
-    strengths[count++] = sky_->irradiance() * static_cast<float>(0.5 + 0.5 * met.normal.z());
+    facing_up += static_cast<float>(0.5 + 0.5 * met.normal.z());
     const double cosine = met.normal.dot(light_.to_sun);
-    if (light_.sun > 0.0 && cosine > 0.0) {
-      lights[count] = {start_m, light_.to_sun};
-      strengths[count++] = static_cast<float>(light_.sun * cosine);
+    if (light_.sun > 0.0 && cosine > 0.0 &&
+        !raycaster_->blocked({off_surface(met), light_.to_sun}, Obstacles::kFixed)) {
+      sum.irradiance += 2.0F * kBounceAlbedo * static_cast<float>(light_.sun * cosine);
     }
   }
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!raycaster_->blocked(lights[i], Obstacles::kFixed)) {
-      sum.irradiance += 2.0F * kBounceAlbedo * strengths[i];
-    }
-  }
+  // What is met sees about as much of the sky as the place itself; a street's half of it is open.
+  const float open = std::min(1.0F, 2.0F * sum.openness / kHemisphereRays);
+  sum.irradiance += 2.0F * kBounceAlbedo * sky_->irradiance() * open * facing_up;
   constexpr auto kShare = static_cast<float>(1.0 / kHemisphereRays);
   if (gather == Gather::kSphere) {  // what leaves and ground reflect is not followed
     sum.irradiance += kBounceAlbedo * sky_->irradiance() * sum.openness;

@@ -78,9 +78,13 @@ void TileTracer::trace_tile() {
   shade();
 }
 
+std::size_t TileTracer::sample(std::size_t pixel, std::size_t turn) const {
+  return (pixels_[pixel].first_sample + turn) % aim_.samples();
+}
+
 Offset TileTracer::offset(std::size_t pixel, std::size_t turn) const {
   const Pixel& at = pixels_[pixel];
-  return aim_.offset(at.row, at.column, (at.first_sample + turn) % aim_.samples());
+  return aim_.offset(at.row, at.column, sample(pixel, turn));
 }
 
 void TileTracer::cast(std::size_t first_turn, std::size_t turns) {
@@ -102,7 +106,7 @@ void TileTracer::cast_to_sun(std::size_t rays) {
     if (!hits_[i]) {
       continue;
     }
-    if (const auto ray = shading_->to_sun(*hits_[i], i + i / count_)) {
+    if (const auto ray = shading_->to_sun(*hits_[i], sample(i % count_, i / count_))) {
       sun_rays_[cast] = *ray;
       sun_of_[cast++] = i;
     }

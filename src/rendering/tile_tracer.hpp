@@ -50,6 +50,7 @@ class TileTracer {
   };
 
   void trace_tile();
+  [[nodiscard]] std::size_t sample(std::size_t pixel, std::size_t turn) const;
   [[nodiscard]] Offset offset(std::size_t pixel, std::size_t turn) const;
   void cast(std::size_t first_turn, std::size_t turns);
   void cast_to_sun(std::size_t rays);
