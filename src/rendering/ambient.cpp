@@ -9,26 +9,29 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <span>
 #include <utility>
 
 namespace topoloc::rendering {
 namespace {
 
-constexpr double kCell_m = 0.5;         // on triangles
+constexpr double kCell_m = 0.5;         // on facets
+constexpr double kCoarse = 0.03;        // of the distance: some ten pixels
 constexpr double kPlantCell_m = 1.0;    // between leaves
 constexpr double kPlantCoarse = 0.04;   // of the distance: leaves hide what goes on among them
 constexpr double kVehicleCell_m = 1.0;  // above vehicles
 constexpr double kVehicleHeight_m = 3.0;
 constexpr double kBounceReach_m = 60.0;
 constexpr float kBounceAlbedo = 0.22F;  // of what surrounds a road, on the average
-// Nodes lie above thin layers (markings on asphalt) and off the edges of their triangle (feet of
+// Nodes lie above thin layers (markings on asphalt) and off the edges of their facet (feet of
 // walls).
 constexpr double kLift_m = 0.03;
 constexpr double kInset_m = 0.04;
 
 /// Poles are as thin as plants.
-enum class Kind : std::uint8_t { kTriangle, kPlant, kVehicle };
+enum class Kind : std::uint8_t { kFacet, kPlant, kVehicle };
 
 Kind kind_of(world::Material material) {
   switch (material) {
@@ -41,14 +44,8 @@ Kind kind_of(world::Material material) {
     case world::Material::kTyre:
       return Kind::kVehicle;
     default:
-      return Kind::kTriangle;
+      return Kind::kFacet;
   }
-}
-
-Ambient::Value mixed(const Ambient::Value& a, const Ambient::Value& b, double share) {
-  const auto s = static_cast<float>(share);
-  return {a.irradiance + s * (b.irradiance - a.irradiance),
-          a.openness + s * (b.openness - a.openness)};
 }
 
 /// Distance between nodes: doubled until it is no shorter than half of the footprint.
@@ -59,6 +56,19 @@ double spacing_m(double least_m, double footprint_m) {
     factor *= 2.0;
   }
   return factor * least_m;
+}
+
+/// Shortest distance between nodes. Before facades there is little that would hide light from them,
+/// and rails are too thin to matter.
+double finest_m(world::Material material) {
+  switch (material) {
+    case world::Material::kFacade:
+    case world::Material::kGuardRail:
+    case world::Material::kRoof:
+      return 2.0 * kCell_m;
+    default:
+      return kCell_m;
+  }
 }
 
 /// As many directions to all sides.
@@ -78,8 +88,8 @@ const std::array<Eigen::Vector3d, kHemisphereRays>& sphere() {
 
 std::uint64_t bits(std::int64_t value) { return static_cast<std::uint64_t>(value); }
 
-/// Point of a triangle next to p.
-Eigen::Vector2d clamped(const Eigen::Vector2d& p, const std::array<Eigen::Vector2d, 3>& corners) {
+/// Point of a convex polygon next to p.
+Eigen::Vector2d clamped(const Eigen::Vector2d& p, std::span<const Eigen::Vector2d> corners) {
   const auto cross = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
     return a.x() * b.y() - a.y() * b.x();
   };
@@ -87,9 +97,9 @@ Eigen::Vector2d clamped(const Eigen::Vector2d& p, const std::array<Eigen::Vector
   bool inside = true;
   Eigen::Vector2d nearest = p;
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < 3; ++i) {
+  for (std::size_t i = 0; i < corners.size(); ++i) {
     const Eigen::Vector2d& a = corners[i];
-    const Eigen::Vector2d ab = corners[(i + 1) % 3] - a;
+    const Eigen::Vector2d ab = corners[(i + 1) % corners.size()] - a;
     if (cross(ab, p - a) * area < 0.0) {
       inside = false;
     }
@@ -105,6 +115,12 @@ Eigen::Vector2d clamped(const Eigen::Vector2d& p, const std::array<Eigen::Vector
 
 }  // namespace
 
+Ambient::Value mixed(const Ambient::Value& a, const Ambient::Value& b, double share) {
+  const auto s = static_cast<float>(share);
+  return {a.irradiance + s * (b.irradiance - a.irradiance),
+          a.openness + s * (b.openness - a.openness)};
+}
+
 Ambient::Ambient(const Raycaster& raycaster, const Illumination& light, const Sky& sky)
     : raycaster_(&raycaster), light_(light), sky_(&sky) {}
 
@@ -114,10 +130,10 @@ Ambient::Value Ambient::at(const Hit& hit, double footprint_m) {
       return in_plant(hit, footprint_m);
     case Kind::kVehicle:
       return on_vehicle(hit);
-    case Kind::kTriangle:
+    case Kind::kFacet:
       break;
   }
-  return hit.moving ? on_vehicle(hit) : on_triangle(hit, footprint_m);
+  return hit.moving ? on_vehicle(hit) : on_facet(hit, footprint_m);
 }
 
 template <typename Where>
@@ -132,56 +148,72 @@ Ambient::Value Ambient::remembered(std::uint64_t key, Gather gather, const Where
   return value;
 }
 
-/// A grid in the plane of the two axes that the triangle is seen best along; nodes beyond its edges
+/// A grid in the plane of the two axes that the facet is seen best along; nodes beyond its edges
 /// stand for the edge.
-Ambient::Value Ambient::on_triangle(const Hit& hit, double footprint_m) {
-  const auto corners = raycaster_->corners(hit);
-  const Eigen::Vector3d n = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+Ambient::Value Ambient::on_facet(const Hit& hit, double footprint_m) {
+  const Facet facet = raycaster_->facet(hit);
+  const Eigen::Vector3d& n = facet.normal;
   Eigen::Index dropped = 0;
   n.cwiseAbs().maxCoeff(&dropped);
   const Eigen::Index s = (dropped + 1) % 3;
   const Eigen::Index t = (dropped + 2) % 3;
   const auto flat = [&](const Eigen::Vector3d& p) { return Eigen::Vector2d(p[s], p[t]); };
-  const std::array<Eigen::Vector2d, 3> flat_corners{flat(corners[0]), flat(corners[1]),
-                                                    flat(corners[2])};
-  const Eigen::Vector3d middle = (corners[0] + corners[1] + corners[2]) / 3.0;
-  const std::uint64_t side = hit.normal.dot(n) > 0.0 ? 1 : 0;
+  std::array<Eigen::Vector2d, 4> flat_corners;
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  Eigen::Vector2d least = flat(facet.corners[0]);
+  Eigen::Vector2d most = least;
+  for (std::size_t i = 0; i < facet.count; ++i) {
+    flat_corners[i] = flat(facet.corners[i]);
+    least = least.cwiseMin(flat_corners[i]);
+    most = most.cwiseMax(flat_corners[i]);
+    middle += facet.corners[i] / static_cast<double>(facet.count);
+  }
+  const bool front = hit.normal.dot(n) > 0.0;
+  const Eigen::Vector3d outwards = front ? n : Eigen::Vector3d(-n);
 
   const auto lifted = [&](const Eigen::Vector2d& p) {
     Eigen::Vector3d point;
     point[s] = p.x();
     point[t] = p.y();
-    point[dropped] = corners[0][dropped] -
-                     (n[s] * (p.x() - corners[0][s]) + n[t] * (p.y() - corners[0][t])) / n[dropped];
+    point[dropped] =
+        middle[dropped] - (n[s] * (p.x() - middle[s]) + n[t] * (p.y() - middle[t])) / n[dropped];
     const Eigen::Vector3d inwards = middle - point;
     const double length_m = inwards.norm();
     point += inwards * (std::min(kInset_m, 0.5 * length_m) / std::max(length_m, 1e-9));
-    return std::pair<Eigen::Vector3d, Eigen::Vector3d>(point + kLift_m * hit.normal, hit.normal);
+    return std::pair<Eigen::Vector3d, Eigen::Vector3d>(point + kLift_m * outwards, outwards);
   };
-  const Eigen::Vector2d least = flat_corners[0].cwiseMin(flat_corners[1]).cwiseMin(flat_corners[2]);
-  const Eigen::Vector2d most = flat_corners[0].cwiseMax(flat_corners[1]).cwiseMax(flat_corners[2]);
-  const bool rail = hit.surface->material == world::Material::kGuardRail;
-  const double cell = spacing_m(rail ? 2.0 * kCell_m : kCell_m, footprint_m);
-  if ((most - least).maxCoeff() < cell) {  // one node for small ones; blades of grass share some
+  const double cell =
+      spacing_m(finest_m(hit.surface->material), std::max(footprint_m, kCoarse * hit.distance_m));
+  const Eigen::Vector2d size_m = most - least;
+  const std::uint64_t side = front ? 1 : 0;
+  if (size_m.maxCoeff() < cell) {  // one node for small ones; blades of grass share some
     if (hit.surface->material == world::Material::kGrass) {
       return in_plant(hit, footprint_m);
     }
-    return remembered(world::key(hit.object, {hit.triangle, side}), Gather::kHemisphere,
+    return remembered(world::key(hit.object, {facet.id, side}), Gather::kHemisphere,
                       [&] { return lifted(flat(middle)); });
   }
-  const Eigen::Vector2d at = flat(hit.point_m) / cell;
-  const Eigen::Vector2d corner = at.array().floor();
+  Eigen::Vector2d at = flat(hit.point_m) / cell;
+  Eigen::Vector2d corner = at.array().floor();
+  for (Eigen::Index axis = 0; axis < 2; ++axis) {  // one row of nodes for strips
+    if (size_m[axis] < cell) {
+      at[axis] = corner[axis] = 0.5 * (least[axis] + most[axis]) / cell;
+    }
+  }
   const auto node = [&](int i, int j) {
     const Eigen::Vector2d p = corner + Eigen::Vector2d(i, j);
     const std::uint64_t key =
-        world::key(hit.object, {hit.triangle, side, bits(std::llround(2.0 * cell)),
+        world::key(hit.object, {facet.id, side, bits(std::llround(2.0 * cell)),
                                 bits(std::llround(p.x())), bits(std::llround(p.y()))});
-    return remembered(key, Gather::kHemisphere,
-                      [&] { return lifted(clamped(cell * p, flat_corners)); });
+    return remembered(key, Gather::kHemisphere, [&] {
+      return lifted(clamped(cell * p, std::span(flat_corners).first(facet.count)));
+    });
   };
   const Eigen::Vector2d share = at - corner;
-  return mixed(mixed(node(0, 0), node(1, 0), share.x()), mixed(node(0, 1), node(1, 1), share.x()),
-               share.y());
+  const auto row = [&](int j) {
+    return share.x() > 0.0 ? mixed(node(0, j), node(1, j), share.x()) : node(0, j);
+  };
+  return share.y() > 0.0 ? mixed(row(0), row(1), share.y()) : row(0);
 }
 
 Ambient::Value Ambient::in_space(const Eigen::Vector3d& point_m, double size_m, Gather gather) {
@@ -222,7 +254,7 @@ Ambient::Value Ambient::on_vehicle(const Hit& hit) {
   return {value.irradiance * (up + kBounceAlbedo * (1.0F - up)), value.openness * up};
 }
 
-/// Rays from a place to all sides; from half of those that meet something, what is lit there.
+/// Rays from a place to all sides; of half of those that meet something, whether the sun lights it.
 Ambient::Value Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vector3d& normal,
                                  Gather gather) const {
   const Eigen::Matrix3d R = frame_of(normal);
@@ -234,9 +266,7 @@ Ambient::Value Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vec
   raycaster_->cast(rays, hits, Obstacles::kFixed);
 
   Value sum;
-  std::array<Ray, 2 * kHemisphereRays> lights;  // from what is met: straight up, and to the sun
-  std::array<float, 2 * kHemisphereRays> strengths{};
-  std::size_t count = 0;
+  float facing_up = 0.0F;
   bool skip = false;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (!hits[i]) {
@@ -250,20 +280,16 @@ Ambient::Value Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vec
       continue;
     }
     const Hit& met = *hits[i];
-    const Eigen::Vector3d start_m = off_surface(met);
-    lights[count] = {start_m, Eigen::Vector3d::UnitZ()};
-    strengths[count++] = sky_->irradiance() * static_cast<float>(0.5 + 0.5 * met.normal.z());
+    facing_up += static_cast<float>(0.5 + 0.5 * met.normal.z());
     const double cosine = met.normal.dot(light_.to_sun);
-    if (light_.sun > 0.0 && cosine > 0.0) {
-      lights[count] = {start_m, light_.to_sun};
-      strengths[count++] = static_cast<float>(light_.sun * cosine);
+    if (light_.sun > 0.0 && cosine > 0.0 &&
+        !raycaster_->blocked({off_surface(met), light_.to_sun}, Obstacles::kFixed)) {
+      sum.irradiance += 2.0F * kBounceAlbedo * static_cast<float>(light_.sun * cosine);
     }
   }
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!raycaster_->blocked(lights[i], Obstacles::kFixed)) {
-      sum.irradiance += 2.0F * kBounceAlbedo * strengths[i];
-    }
-  }
+  // What is met sees about as much of the sky as the place itself; a street's half of it is open.
+  const float open = std::min(1.0F, 2.0F * sum.openness / kHemisphereRays);
+  sum.irradiance += 2.0F * kBounceAlbedo * sky_->irradiance() * open * facing_up;
   constexpr auto kShare = static_cast<float>(1.0 / kHemisphereRays);
   if (gather == Gather::kSphere) {  // what leaves and ground reflect is not followed
     sum.irradiance += kBounceAlbedo * sky_->irradiance() * sum.openness;

@@ -33,7 +33,7 @@ class Ambient {
  private:
   enum class Gather : std::uint8_t { kHemisphere, kSphere };
 
-  [[nodiscard]] Value on_triangle(const Hit& hit, double footprint_m);
+  [[nodiscard]] Value on_facet(const Hit& hit, double footprint_m);
   [[nodiscard]] Value in_plant(const Hit& hit, double footprint_m);
   [[nodiscard]] Value on_vehicle(const Hit& hit);
   template <typename Where>
@@ -47,5 +47,8 @@ class Ambient {
   const Sky* sky_;
   ValueCache cache_;
 };
+
+/// `share` of b, the rest of a.
+Ambient::Value mixed(const Ambient::Value& a, const Ambient::Value& b, double share);
 
 }  // namespace topoloc::rendering

@@ -10,9 +10,9 @@
 #include "rendering/lens.hpp"
 #include "rendering/parallel_rows.hpp"
 #include "rendering/pixel_samples.hpp"
-#include "rendering/row_tracer.hpp"
 #include "rendering/sensor.hpp"
 #include "rendering/shading.hpp"
+#include "rendering/tile_tracer.hpp"
 
 #include <algorithm>
 #include <array>
@@ -43,6 +43,10 @@ void check(const CameraSpec& spec) {
   }
 }
 
+int tile_rows(const cv::Mat& image) {
+  return (image.rows + TileTracer::kSide - 1) / TileTracer::kSide;
+}
+
 }  // namespace
 
 struct CameraRenderer::Impl {
@@ -70,12 +74,13 @@ struct CameraRenderer::Impl {
         exposure(spec) {}
 
   [[nodiscard]] Exposing exposing(const CameraPath& path, double exposure_time_s,
-                                  std::span<const PixelSample> samples) {
-    return {raycaster,       &shading,       &lens,  &path, spec.calibration.pinhole,
-            exposure_time_s, spec.readout_s, samples};
+                                  std::span<const PixelSample> samples) const {
+    return {&lens, &path, spec.calibration.pinhole, exposure_time_s, spec.readout_s, samples};
   }
   [[nodiscard]] std::optional<HeadLamps> head_lamps(const RigidTransform& T_world_cam) const;
   void settle(const CameraPath& path);
+  /// A row's bytes; the sum of their levels.
+  double expose(const cv::Mat& radiances, int row, std::uint64_t frame, cv::Mat& image) const;
 };
 
 /// They are lit in the dark: where hardly any sky is to be seen from the camera, by day too.
@@ -98,18 +103,17 @@ void CameraRenderer::Impl::settle(const CameraPath& path) {
   const int every = std::max(2, pinhole.width_px / 64);
   const std::array<PixelSample, 1> middle{};
   const Exposing exposing_now = exposing(path, 0.0, middle);
-  const int rows = pinhole.height_px / every;
-  const int columns = pinhole.width_px / every;
-  cv::Mat seen(rows, columns, CV_32FC1);
-  parallel_rows(rows, threads, [&](int i) {
-    const int row = i * every + every / 2;
-    RowTracer(exposing_now)
-        .trace(row, every / 2, every,
-               std::span(seen.ptr<float>(i), static_cast<std::size_t>(columns)));
-    for (int k = 0; k < columns; ++k) {
-      seen.at<float>(i, k) *= sensor.vignetting(row, k * every + every / 2);
-    }
+  cv::Mat seen(pinhole.height_px / every, pinhole.width_px / every, CV_32FC1);
+  const int first = every / 2;
+  parallel_rows(tile_rows(seen), threads, [&](int i) {
+    TileTracer(*raycaster, shading, exposing_now)
+        .trace_rows(i * TileTracer::kSide, first, every, seen);
   });
+  for (int i = 0; i < seen.rows; ++i) {
+    for (int k = 0; k < seen.cols; ++k) {
+      seen.at<float>(i, k) *= sensor.vignetting(i * every + first, k * every + first);
+    }
+  }
   exposure.settle([&](double total_s) {
     double sum = 0.0;
     for (const float radiance : cv::Mat_<float>(seen)) {
@@ -119,6 +123,21 @@ void CameraRenderer::Impl::settle(const CameraPath& path) {
     }
     return sum / static_cast<double>(seen.total());
   });
+}
+
+double CameraRenderer::Impl::expose(const cv::Mat& radiances, int row, std::uint64_t frame,
+                                    cv::Mat& image) const {
+  double sum = 0.0;
+  for (int column = 0; column < image.cols; ++column) {
+    const float light = sensor.vignetting(row, column) * radiances.at<float>(row, column);
+    const float share = sensor.expose(light, exposure_s, gain,
+                                      world::key(seed, {frame, static_cast<std::uint64_t>(row),
+                                                        static_cast<std::uint64_t>(column)}));
+    const float level = coded(share);
+    image.at<std::uint8_t>(row, column) = static_cast<std::uint8_t>(255.0F * level + 0.5F);
+    sum += static_cast<double>(level);
+  }
+  return sum;
 }
 
 CameraRenderer::CameraRenderer(const Raycaster& raycaster, CameraSpec spec, Light light,
@@ -148,23 +167,13 @@ cv::Mat CameraRenderer::render(const CameraMotion& T_world_cam, std::uint64_t fr
   const Exposing exposing = self.exposing(path, self.exposure_s, used);
   cv::Mat image(pinhole.height_px, pinhole.width_px, CV_8UC1);
   std::vector<double> row_sums(static_cast<std::size_t>(pinhole.height_px));
-  parallel_rows(pinhole.height_px, self.threads, [&](int row) {
-    auto* bytes = image.ptr<std::uint8_t>(row);
-    std::vector<float> radiances(static_cast<std::size_t>(pinhole.width_px));
-    RowTracer(exposing).trace(row, 0, 1, radiances);
-    double sum = 0.0;
-    for (int column = 0; column < pinhole.width_px; ++column) {
-      const float light =
-          self.sensor.vignetting(row, column) * radiances[static_cast<std::size_t>(column)];
-      const float share = self.sensor.expose(
-          light, self.exposure_s, self.gain,
-          world::key(self.seed,
-                     {frame, static_cast<std::uint64_t>(row), static_cast<std::uint64_t>(column)}));
-      const float level = coded(share);
-      bytes[column] = static_cast<std::uint8_t>(255.0F * level + 0.5F);
-      sum += static_cast<double>(level);
+  cv::Mat radiances(image.size(), CV_32FC1);
+  parallel_rows(tile_rows(image), self.threads, [&](int i) {
+    const int first_row = i * TileTracer::kSide;
+    TileTracer(*self.raycaster, self.shading, exposing).trace_rows(first_row, 0, 1, radiances);
+    for (int row = first_row; row < std::min(first_row + TileTracer::kSide, image.rows); ++row) {
+      row_sums[static_cast<std::size_t>(row)] = self.expose(radiances, row, frame, image);
     }
-    row_sums[static_cast<std::size_t>(row)] = sum;
   });
   double sum = 0.0;
   for (const double row_sum : row_sums) {

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 namespace topoloc::rendering {
 namespace {
@@ -26,22 +28,35 @@ double pattern(const Eigen::Vector3d& p) {
 
 }  // namespace
 
-HeadLamps::Light HeadLamps::at(const Raycaster& raycaster, const Hit& hit) const {
-  const Eigen::Vector3d p = T_lamps_world_ * hit.point_m;
-  const double distance_m = p.norm();
-  if (p.x() <= 0.1 || distance_m > kBeamReach_m) {
-    return {};
+void HeadLamps::shine(const Raycaster& raycaster, std::span<Patch> patches) const {
+  std::vector<Ray> rays;
+  std::vector<Patch*> lit;
+  for (Patch& patch : patches) {
+    const Eigen::Vector3d p = T_lamps_world_ * patch.hit.point_m;
+    const double distance_m = p.norm();
+    if (p.x() <= 0.1 || distance_m > kBeamReach_m) {
+      continue;
+    }
+    const Eigen::Vector3d from_m = off_surface(patch.hit);
+    const Eigen::Vector3d to_lamps = T_world_lamps_.p - from_m;
+    const double length_m = to_lamps.norm();
+    const double cosine = patch.hit.normal.dot(to_lamps) / length_m;
+    if (cosine > 0.0) {
+      const double beam = kPeak * pattern(p) / (distance_m * distance_m);
+      patch.beam = static_cast<float>(beam);
+      patch.head_lamps = static_cast<float>(beam * cosine);
+      rays.push_back({from_m, to_lamps / length_m, length_m});
+      lit.push_back(&patch);
+    }
   }
-  const double beam = kPeak * pattern(p) / (distance_m * distance_m);
-  const Eigen::Vector3d from_m = off_surface(hit);
-  const Eigen::Vector3d to_lamps = T_world_lamps_.p - from_m;
-  const double length_m = to_lamps.norm();
-  const Eigen::Vector3d direction = to_lamps / length_m;
-  const double cosine = hit.normal.dot(direction);
-  if (cosine <= 0.0 || raycaster.blocked({from_m, direction, length_m})) {
-    return {};
+  std::vector<std::uint8_t> blocked(rays.size());
+  raycaster.blocked(rays, blocked);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (blocked[i] != 0) {
+      lit[i]->beam = 0.0F;
+      lit[i]->head_lamps = 0.0F;
+    }
   }
-  return {static_cast<float>(beam * cosine), static_cast<float>(beam)};
 }
 
 double HeadLamps::observation_rad(const Hit& hit, const Eigen::Vector3d& sight) const {

@@ -4,6 +4,10 @@
 
 #include "topoloc/rendering/raycaster.hpp"
 
+#include "rendering/patch.hpp"
+
+#include <span>
+
 #include <Eigen/Core>
 
 namespace topoloc::rendering {
@@ -14,11 +18,8 @@ class HeadLamps {
   explicit HeadLamps(const RigidTransform& T_world_lamps)
       : T_world_lamps_(T_world_lamps), T_lamps_world_(T_world_lamps.inverse()) {}
 
-  struct Light {
-    float irradiance = 0.0F;  ///< of the surface
-    float beam = 0.0F;        ///< at right angles to the light
-  };
-  [[nodiscard]] Light at(const Raycaster& raycaster, const Hit& hit) const;
+  /// Sets what they add to patches that lie close together.
+  void shine(const Raycaster& raycaster, std::span<Patch> patches) const;
   /// Angle between the light that meets a point and the ray of sight that does.
   [[nodiscard]] double observation_rad(const Hit& hit, const Eigen::Vector3d& sight) const;
 

@@ -82,16 +82,45 @@ std::span<const std::uint32_t> Lamps::near(const Eigen::Vector3d& point_m) const
   return found == cells_.end() ? std::span<const std::uint32_t>() : found->second;
 }
 
-bool Lamps::any_near(const Eigen::Vector3d& point_m) const { return !near(point_m).empty(); }
+/// Light that may not reach its patch.
+struct Lamps::Shadow {
+  Ray ray;
+  std::size_t rank = 0;  ///< among the patch's lights
+  Patch* patch = nullptr;
+  float irradiance = 0.0F;
+};
 
-float Lamps::irradiance(const Hit& hit) const {
-  struct Light {
+void Lamps::shine(std::span<Patch> patches) const {
+  if (cells_.empty()) {
+    return;
+  }
+  std::vector<Shadow> shadows;
+  for (Patch& patch : patches) {
+    shine(patch, shadows);
+  }
+  // The strongest lamp is the same one for most neighbours: their rays run side by side.
+  std::stable_sort(shadows.begin(), shadows.end(),
+                   [](const Shadow& a, const Shadow& b) { return a.rank < b.rank; });
+  std::vector<Ray> rays;
+  for (const Shadow& shadow : shadows) {
+    rays.push_back(shadow.ray);
+  }
+  std::vector<std::uint8_t> blocked(rays.size());
+  raycaster_->blocked(rays, blocked);
+  for (std::size_t i = 0; i < shadows.size(); ++i) {
+    shadows[i].patch->lamps += blocked[i] != 0 ? 0.0F : shadows[i].irradiance;
+  }
+}
+
+void Lamps::shine(Patch& patch, std::vector<Shadow>& shadows) const {
+  struct Lit {
     double irradiance = 0.0;
     std::uint32_t lamp = 0;
   };
-  std::array<Light, kMostOfCell> lights;
+  const Hit& hit = patch.hit;
+  std::array<Lit, kMostOfCell> lights;
   std::size_t count = 0;
-  double scattered = 0.0;
+  double sum = 0.0;
   const auto& lamps = raycaster_->world().lamps;
   for (const std::uint32_t i : near(hit.point_m)) {
     const Eigen::Vector3d to_point = hit.point_m - lamps[i].position_m;
@@ -101,7 +130,7 @@ float Lamps::irradiance(const Hit& hit) const {
     }
     // What the surroundings of the lit spot throw about: they are not followed further.
     constexpr double kScattered = 0.08;
-    scattered += kScattered * at_right_angles;
+    sum += kScattered * at_right_angles;
     const double cosine = -hit.normal.dot(to_point) / std::max(to_point.norm(), 1e-6);
     if (cosine > 0.0) {
       lights[count++] = {at_right_angles * cosine, i};
@@ -109,24 +138,25 @@ float Lamps::irradiance(const Hit& hit) const {
   }
   const auto begin = lights.begin();
   const auto end = begin + static_cast<std::ptrdiff_t>(count);
-  std::sort(begin, end, [](const Light& a, const Light& b) {
+  std::sort(begin, end, [](const Lit& a, const Lit& b) {
     return a.irradiance != b.irradiance ? a.irradiance > b.irradiance : a.lamp < b.lamp;
   });
-  double sum = scattered;
   const Eigen::Vector3d from_m = off_surface(hit);
   for (std::size_t i = 0; i < count; ++i) {
     constexpr double kNegligible = 0.05;
-    if (i < kMostShadows && lights[i].irradiance > kNegligible * lights[0].irradiance) {
-      const Eigen::Vector3d to_lamp = lamps[lights[i].lamp].position_m - from_m;
-      const double distance_m = to_lamp.norm();
-      constexpr double kCasing_m = 0.35;  // a lamp does not stand in its own light
-      if (raycaster_->blocked({from_m, to_lamp / distance_m, distance_m - kCasing_m})) {
-        continue;
-      }
+    if (i >= kMostShadows || lights[i].irradiance <= kNegligible * lights[0].irradiance) {
+      sum += lights[i].irradiance;
+      continue;
     }
-    sum += lights[i].irradiance;
+    const Eigen::Vector3d to_lamp = lamps[lights[i].lamp].position_m - from_m;
+    const double distance_m = to_lamp.norm();
+    constexpr double kCasing_m = 0.35;  // a lamp does not stand in its own light
+    shadows.push_back({{from_m, to_lamp / distance_m, distance_m - kCasing_m},
+                       i,
+                       &patch,
+                       static_cast<float>(lights[i].irradiance)});
   }
-  return static_cast<float>(sum);
+  patch.lamps = static_cast<float>(sum);
 }
 
 }  // namespace topoloc::rendering

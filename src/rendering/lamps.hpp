@@ -4,6 +4,8 @@
 
 #include "topoloc/rendering/raycaster.hpp"
 
+#include "rendering/patch.hpp"
+
 #include <cstdint>
 #include <span>
 #include <unordered_map>
@@ -19,11 +21,12 @@ class Lamps {
   /// `lit`: those too that are not always on.
   Lamps(const Raycaster& raycaster, bool lit);
 
-  /// Irradiance of a surface there. Shadows of the strongest few only.
-  [[nodiscard]] float irradiance(const Hit& hit) const;
-  [[nodiscard]] bool any_near(const Eigen::Vector3d& point_m) const;
+  /// Sets the irradiance of patches that lie close together. Shadows of the strongest few only.
+  void shine(std::span<Patch> patches) const;
 
  private:
+  struct Shadow;
+  void shine(Patch& patch, std::vector<Shadow>& shadows) const;
   [[nodiscard]] std::span<const std::uint32_t> near(const Eigen::Vector3d& point_m) const;
 
   const Raycaster* raycaster_;

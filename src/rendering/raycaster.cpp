@@ -3,6 +3,7 @@
 #include "topoloc/rendering/raycaster.hpp"
 
 #include "rendering/embree_handles.hpp"
+#include "rendering/facet_of.hpp"
 #include "rendering/ray_packet.hpp"
 #include "rendering/triangle_hit.hpp"
 
@@ -249,15 +250,12 @@ bool Raycaster::blocked(const Ray& ray, Obstacles obstacles) const {
   });
 }
 
-std::array<Eigen::Vector3d, 3> Raycaster::corners(const Hit& hit) const {
-  const Placed& object = scene_->objects[hit.object];
-  std::array<Eigen::Vector3d, 3> result;
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    const std::uint32_t vertex = object.mesh->triangles[hit.triangle].vertices[i];
-    result[i] = object.T_world_mesh *
-                (object.scale * object.mesh->vertices[vertex].position_m.cast<double>());
-  }
-  return result;
+Facet Raycaster::facet(const Hit& hit) const {
+  return facet_of(scene_->objects[hit.object], hit.triangle);
+}
+
+Eigen::Matrix<double, 2, 3> Raycaster::uv_per_metre(const Hit& hit) const {
+  return rendering::uv_per_metre(scene_->objects[hit.object], hit.triangle);
 }
 
 const Eigen::Vector3d& Raycaster::place(const Hit& hit) const {

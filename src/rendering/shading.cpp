@@ -27,32 +27,31 @@ double sun_cosine(const Hit& hit, const Eigen::Vector3d& to_sun) {
 /// over the pixel and looked up once; where they are strung out, on a road far ahead or by motion,
 /// each stands for its part of the string.
 world::Appearance appearance_of(const Patch& patch) {
-  const Hit& first = patch.hits.front();
-  const auto n = static_cast<float>(patch.hits.size());
-  const auto across_m = static_cast<float>(first.distance_m * patch.pixel_rad);
-  Eigen::Vector2f least = first.uv_m;
-  Eigen::Vector2f most = first.uv_m;
+  const Hit& hit = patch.hit;
+  const auto n = static_cast<float>(patch.uvs_m.size());
+  const auto across_m = static_cast<float>(hit.distance_m * patch.pixel_rad);
+  if (patch.uvs_m.size() == 1) {
+    const double cosine = std::abs(hit.normal.dot(patch.direction));
+    const float stretch = static_cast<float>(1.0 / std::sqrt(std::max(cosine, 0.04)));
+    return world::appearance(*hit.surface, hit.instance, patch.uvs_m.front(), across_m * stretch);
+  }
+  Eigen::Vector2f least = patch.uvs_m.front();
+  Eigen::Vector2f most = patch.uvs_m.front();
   Eigen::Vector2f mean = Eigen::Vector2f::Zero();
-  for (const Hit& hit : patch.hits) {
-    least = least.cwiseMin(hit.uv_m);
-    most = most.cwiseMax(hit.uv_m);
-    mean += hit.uv_m / n;
+  for (const Eigen::Vector2f& uv_m : patch.uvs_m) {
+    least = least.cwiseMin(uv_m);
+    most = most.cwiseMax(uv_m);
+    mean += uv_m / n;
   }
   const float spread_m = (most - least).norm();
-  if (patch.hits.size() == 1) {
-    const double cosine = std::abs(first.normal.dot(patch.directions.front()));
-    const float stretch = static_cast<float>(1.0 / std::sqrt(std::max(cosine, 0.04)));
-    return world::appearance(*first.surface, first.instance, first.uv_m, across_m * stretch);
-  }
   constexpr float kTogether = 1.6F;
   if (spread_m < kTogether * across_m) {
-    return world::appearance(*first.surface, first.instance, mean, std::max(across_m, spread_m));
+    return world::appearance(*hit.surface, hit.instance, mean, std::max(across_m, spread_m));
   }
   const float footprint_m = std::max(across_m, 1.2F * spread_m / n);
   world::Appearance sum{0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
-  for (const Hit& hit : patch.hits) {
-    const world::Appearance look =
-        world::appearance(*hit.surface, hit.instance, hit.uv_m, footprint_m);
+  for (const Eigen::Vector2f& uv_m : patch.uvs_m) {
+    const world::Appearance look = world::appearance(*hit.surface, hit.instance, uv_m, footprint_m);
     sum.albedo += look.albedo / n;
     sum.retro += look.retro / n;
     sum.emission += look.emission / n;
@@ -97,20 +96,20 @@ std::optional<Ray> Shading::to_sun(const Hit& hit, std::size_t sample) const {
 float Shading::beside_moving(const Hit& hit) const {
   constexpr double kNear_m = 7.0;
   constexpr double kReach_m = 3.0;
-  constexpr int kEvery = 3;
+  constexpr std::size_t kEvery = 2;
   if (hit.moving || !raycaster_->near_moving(hit.point_m, kNear_m)) {
     return 1.0F;
   }
   const Eigen::Matrix3d R = frame_of(hit.normal);
   const Eigen::Vector3d from_m = off_surface(hit);
-  int free = 0;
-  int cast = 0;
-  for (std::size_t i = 0; i < hemisphere().size(); i += kEvery) {
-    ++cast;
-    free +=
-        raycaster_->blocked({from_m, R * hemisphere()[i], kReach_m}, Obstacles::kMoving) ? 0 : 1;
+  std::array<Ray, kHemisphereRays / kEvery> rays;
+  std::array<std::uint8_t, kHemisphereRays / kEvery> blocked{};
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    rays[i] = {from_m, R * hemisphere()[i * kEvery], kReach_m};
   }
-  return static_cast<float>(free) / static_cast<float>(cast);
+  raycaster_->blocked(rays, blocked, Obstacles::kMoving);
+  const auto free = std::count(blocked.begin(), blocked.end(), std::uint8_t{0});
+  return static_cast<float>(free) / static_cast<float>(rays.size());
 }
 
 /// Radiance of what a smooth surface mirrors. What is seen in it gets the light of the surface
@@ -133,28 +132,37 @@ float Shading::mirrored(const Hit& hit, const Eigen::Vector3d& direction, float 
   return look.albedo * irradiance;
 }
 
-float Shading::radiance(const Patch& patch) {
-  const Hit& hit = patch.hits[patch.hits.size() / 2];
-  const Eigen::Vector3d& direction = patch.directions[patch.hits.size() / 2];
-  const world::Appearance look = appearance_of(patch);
-  const double footprint_m =
-      hit.distance_m * patch.pixel_rad / std::max(std::abs(hit.normal.dot(direction)), 0.02);
-  const Ambient::Value around = ambient_.at(hit, footprint_m);
-  const float ambient = around.irradiance * beside_moving(hit);
+Ambient::Value Shading::around(const Patch& patch) {
+  const Hit& hit = patch.hit;
+  const double cosine = std::abs(hit.normal.dot(patch.direction));
+  Ambient::Value around =
+      ambient_.at(hit, hit.distance_m * patch.pixel_rad / std::max(cosine, 0.02));
+  around.irradiance *= beside_moving(hit);
+  return around;
+}
 
-  float irradiance = ambient;
+void Shading::light_up(std::span<Patch> patches) {
+  lamps_.shine(patches);
+  if (head_lamps_) {
+    head_lamps_->shine(*raycaster_, patches);
+  }
+}
+
+float Shading::radiance(const Patch& patch) const {
+  const Hit& hit = patch.hit;
+  const Eigen::Vector3d& direction = patch.direction;
+  const world::Appearance look = appearance_of(patch);
+  const Ambient::Value& around = patch.around;
+  const float ambient = around.irradiance;
+
+  float irradiance = ambient + patch.lamps + patch.head_lamps;
   if (patch.sunlit > 0.0F) {
     irradiance += patch.sunlit * static_cast<float>(light_.sun * sun_cosine(hit, light_.to_sun));
   }
-  irradiance += lamps_.irradiance(hit);
   float thrown_back = 0.0F;
-  if (head_lamps_) {
-    const HeadLamps::Light beam = head_lamps_->at(*raycaster_, hit);
-    irradiance += beam.irradiance;
-    if (look.retro > 0.0F && beam.beam > 0.0F) {
-      thrown_back =
-          look.retro * beam.beam * retro_gain(head_lamps_->observation_rad(hit, direction));
-    }
+  if (look.retro > 0.0F && patch.beam > 0.0F) {
+    thrown_back =
+        look.retro * patch.beam * retro_gain(head_lamps_->observation_rad(hit, direction));
   }
   const bool shines = light_.lamps_lit || around.openness < kIndoors;
   float result = look.albedo * irradiance + thrown_back;

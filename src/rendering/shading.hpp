@@ -7,6 +7,7 @@
 #include "rendering/ambient.hpp"
 #include "rendering/head_lamps.hpp"
 #include "rendering/lamps.hpp"
+#include "rendering/patch.hpp"
 #include "rendering/sky.hpp"
 
 #include <cstdint>
@@ -16,14 +17,6 @@
 #include <Eigen/Core>
 
 namespace topoloc::rendering {
-
-/// Samples of one pixel that fell on one surface.
-struct Patch {
-  std::span<const Hit> hits;
-  std::span<const Eigen::Vector3d> directions;  ///< of their rays, unit length
-  float sunlit = 0.0F;                          ///< share of the samples that the sun shines on
-  double pixel_rad = 0.0;                       ///< angle that a pixel subtends
-};
 
 /// Light that surfaces and sky send to the camera.
 class Shading {
@@ -35,8 +28,12 @@ class Shading {
   /// Ray from a surface to the sun, another point of its disc for each sample; nothing if the
   /// surface turns away from it, or there is none.
   [[nodiscard]] std::optional<Ray> to_sun(const Hit& hit, std::size_t sample) const;
-  /// Mean radiance of the samples.
-  [[nodiscard]] float radiance(const Patch& patch);
+  /// Light that reaches a patch from all sides.
+  [[nodiscard]] Ambient::Value around(const Patch& patch);
+  /// Lets lamps shine on patches that lie close together.
+  void light_up(std::span<Patch> patches);
+  /// Mean radiance of the samples of a patch that has all its light.
+  [[nodiscard]] float radiance(const Patch& patch) const;
   [[nodiscard]] const Sky& sky() const { return sky_; }
   [[nodiscard]] const Illumination& light() const { return light_; }
 

@@ -42,4 +42,20 @@ PlaneHit meet(const Placed& placed, std::uint32_t triangle, const Eigen::Vector3
   return hit;
 }
 
+Eigen::Matrix<double, 2, 3> uv_per_metre(const Placed& placed, std::uint32_t triangle) {
+  const world::Mesh& mesh = *placed.mesh;
+  const auto& corners = mesh.triangles[triangle].vertices;
+  const world::Vertex& va = mesh.vertices[corners[0]];
+  const world::Vertex& vb = mesh.vertices[corners[1]];
+  const world::Vertex& vc = mesh.vertices[corners[2]];
+  const Eigen::Vector3d ab = (vb.position_m - va.position_m).cast<double>();
+  const Eigen::Vector3d ac = (vc.position_m - va.position_m).cast<double>();
+  const Eigen::Vector3d n = ab.cross(ac);
+  const double n2 = n.squaredNorm() * placed.scale;
+  // Gradients of the barycentric coordinates of b and c.
+  const Eigen::RowVector3d b = (placed.T_world_mesh.R * (ac.cross(n) / n2)).transpose();
+  const Eigen::RowVector3d c = (placed.T_world_mesh.R * (n.cross(ab) / n2)).transpose();
+  return (vb.uv_m - va.uv_m).cast<double>() * b + (vc.uv_m - va.uv_m).cast<double>() * c;
+}
+
 }  // namespace topoloc::rendering

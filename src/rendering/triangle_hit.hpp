@@ -33,4 +33,7 @@ struct PlaneHit {
 PlaneHit meet(const Placed& placed, std::uint32_t triangle, const Eigen::Vector3d& origin_m,
               const Eigen::Vector3d& direction, double embree_m);
 
+/// How uv changes along the plane of a triangle, per metre in the world.
+Eigen::Matrix<double, 2, 3> uv_per_metre(const Placed& placed, std::uint32_t triangle);
+
 }  // namespace topoloc::rendering

@@ -5,6 +5,7 @@
 #include "topoloc/world/world.hpp"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -35,6 +36,14 @@ struct Hit {
   std::uint32_t triangle = 0;  ///< of the object's mesh
 };
 
+/// A flat piece of a surface: a triangle, or two that make a convex quadrangle.
+struct Facet {
+  std::array<Eigen::Vector3d, 4> corners;
+  std::size_t count = 0;  ///< of corners
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+  std::uint32_t id = 0;  ///< unlike those of the mesh's other facets
+};
+
 /// What stops a ray.
 enum class Obstacles : std::uint8_t { kAll, kFixed, kMoving };
 
@@ -63,8 +72,10 @@ class Raycaster {
   /// The same for many rays; 1 where blocked.
   void blocked(std::span<const Ray> rays, std::span<std::uint8_t> results,
                Obstacles obstacles = Obstacles::kAll) const;
-  /// Corners of the triangle that was hit, in the world.
-  [[nodiscard]] std::array<Eigen::Vector3d, 3> corners(const Hit& hit) const;
+  /// The facet that was hit, in the world: the same for all hits on it, to the last bit.
+  [[nodiscard]] Facet facet(const Hit& hit) const;
+  /// How uv changes along the plane of the triangle that was hit, per metre in the world.
+  [[nodiscard]] Eigen::Matrix<double, 2, 3> uv_per_metre(const Hit& hit) const;
   /// Where the object that was hit stands: the origin of its mesh, in the world.
   [[nodiscard]] const Eigen::Vector3d& place(const Hit& hit) const;
   /// Whether a moving vehicle stands within a distance.

@@ -39,10 +39,10 @@ struct SurveySpec {
   /// Of a survey-grade GNSS/INS after post-processing: 2.6 cm in all.
   PoseError::Spec poses{.position_m = 0.015, .rotation_rad = 0.00035, .correlation_s = 15.0};
   double near_m = 9.0;  ///< up to here points are thinned to near_edge_m, beyond to far_edge_m
-  double near_edge_m = 0.05;
+  double near_edge_m = 0.08;
   double middle_m = 25.0;
-  double middle_edge_m = 0.09;
-  double far_edge_m = 0.2;
+  double middle_edge_m = 0.13;
+  double far_edge_m = 0.3;
 };
 
 struct SurveyCounts {

@@ -40,7 +40,7 @@ struct Instance {
 struct Lamp {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d direction = -Eigen::Vector3d::UnitZ();  ///< where it shines to
-  double intensity = 1.0;  ///< irradiance at 1 m, in units of full day light
+  double intensity = 1.0;  ///< irradiance at 1 m, in units of full day light: 1e5 cd
   double cos_cone = 0.0;   ///< cosine of the half angle that it lights
   bool always_on = false;
 };

@@ -118,14 +118,59 @@ TEST(Raycaster, MeetsTurnedAndScaledInstancesWhereTheirTrianglesAre) {
       EXPECT_NEAR(hit->distance_m, expected_m, 1e-6);
       EXPECT_EQ(hit->instance, seed);
       EXPECT_LT(hit->normal.dot(ray.direction), 0.0);
-      const auto corners = raycaster.corners(*hit);
-      const Eigen::Vector3d normal =
-          (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
-      EXPECT_NEAR(std::abs(normal.dot(hit->normal)), 1.0, 1e-6);
-      EXPECT_NEAR(normal.dot(hit->point_m - corners[0]), 0.0, 1e-6);
+      const Facet facet = raycaster.facet(*hit);
+      EXPECT_NEAR(std::abs(facet.normal.dot(hit->normal)), 1.0, 1e-6);
+      EXPECT_NEAR(facet.normal.dot(hit->point_m - facet.corners[0]), 0.0, 1e-6);
     }
   }
   EXPECT_GT(hits, 300);
+}
+
+TEST(Raycaster, TellsHowTextureGoesOnBesideAHit) {
+  const world::World world = street();
+  const Raycaster raycaster(world, std::vector<world::Instance>{car_at(20.0, -4.5, 0.7)});
+  const Eigen::Vector3d from_m(0.0, -1.7, 1.5);
+  int compared = 0;
+  for (int i = 0; i < 400; ++i) {
+    const double azimuth = -0.8 + 0.004 * i;
+    const auto at = [&](double turned) {
+      return raycaster.cast(
+          {from_m, {std::cos(azimuth + turned), std::sin(azimuth + turned), -0.03}});
+    };
+    const auto a = at(0.0);
+    const auto b = at(1e-4);
+    if (a && b && a->object == b->object && a->triangle == b->triangle) {
+      const Eigen::Vector2d uv_m =
+          a->uv_m.cast<double>() + raycaster.uv_per_metre(*a) * (b->point_m - a->point_m);
+      EXPECT_LT((uv_m - b->uv_m.cast<double>()).norm(), 1e-4);
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 200);
+}
+
+TEST(Raycaster, FindsTheSameFacetFromBothOfItsTriangles) {
+  world::World world;
+  world.meshes.resize(1);
+  const std::uint32_t surface = add_surface(world, world::Material::kConcrete);
+  world::Mesh& mesh = world.meshes[0];
+  mesh.vertices = {
+      {{0.0F, -1.0F, -9.0F}, {}}, {{0.0F, 1.0F, -9.0F}, {}}, {{0.0F, 0.0F, -8.0F}, {}}};
+  mesh.triangles = {{{0, 1, 2}, surface}};  // pairs begin at odd numbers too
+  add_rectangle(mesh, {10.0F, 0.0F, 0.0F}, {0.0F, 4.0F, 0.0F}, {0.0F, 0.0F, 2.0F}, surface);
+  add_rectangle(mesh, {10.0F, 5.0F, 0.0F}, {0.0F, 4.0F, 0.0F}, {0.0F, 0.0F, 2.0F}, surface);
+  const Raycaster raycaster(world, {});
+  const auto facet = [&](double y_m, double z_m) {
+    return raycaster.facet(*raycaster.cast({{0.0, y_m, z_m}, Eigen::Vector3d::UnitX()}));
+  };
+  const Facet a = facet(3.5, 0.5);
+  const Facet b = facet(0.5, 1.5);
+  ASSERT_EQ(a.count, 4U);
+  EXPECT_EQ(a.id, b.id);
+  EXPECT_EQ(a.corners, b.corners);
+  EXPECT_EQ(a.normal, b.normal);
+  EXPECT_NE(a.id, facet(6.0, 1.0).id);
+  EXPECT_EQ(facet(0.0, -8.5).count, 3U);
 }
 
 TEST(Raycaster, CastsManyRaysAsOneByOne) {

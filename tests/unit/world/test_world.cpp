@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numbers>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
@@ -219,6 +220,17 @@ TEST(World, HasLampsInTownAndTunnel) {
   const auto lit = std::count_if(tunnel.lamps.begin(), tunnel.lamps.end(),
                                  [](const Lamp& lamp) { return lamp.always_on; });
   EXPECT_GT(lit, 50);
+}
+
+TEST(World, StreetLampsGiveAsMuchLightAsRealOnes) {
+  constexpr double kCandela = 1e5;  // of Lamp::intensity
+  for (const Lamp& lamp : make_world({Scenario::kTown, 1, 500.0}).lamps) {
+    // The rim of the cone is soft: half of the light of its outer part.
+    const double cosine = lamp.cos_cone + 0.15 * (1.0 - lamp.cos_cone);
+    const double flux_lm = kCandela * lamp.intensity * 2.0 * std::numbers::pi * (1.0 - cosine);
+    EXPECT_GT(flux_lm, 4000.0);
+    EXPECT_LT(flux_lm, 8000.0);
+  }
 }
 
 }  // namespace
