@@ -26,6 +26,26 @@ Eigen::Vector4d to_world(const Eigen::Vector3d& plane_cam, const RigidTransform&
   return plane / normal.norm();
 }
 
+/// Where a point of the first image is to appear in the second.
+struct Prediction {
+  Eigen::Vector2d surface_px;   // if it lies on its surface
+  Eigen::Vector2d infinity_px;  // if it is infinitely far
+  double std_px;                // of where it is seen, per axis
+};
+
+/// It moves along its epipolar line, but as something does that is much farther than its surface.
+bool lies_behind(const Prediction& predicted, const Eigen::Vector2d& seen_px,
+                 double max_times_farther) {
+  constexpr double kTelling = 3.0;  // deviations
+  const Eigen::Vector2d shift_px = predicted.surface_px - predicted.infinity_px;
+  const Eigen::Vector2d way = shift_px.normalized();
+  const Eigen::Vector2d miss_px = seen_px - predicted.surface_px;
+  const double along_px = miss_px.dot(way);
+  const double across_px = std::abs(way.x() * miss_px.y() - way.y() * miss_px.x());
+  return across_px < kTelling * predicted.std_px && along_px < -kTelling * predicted.std_px &&
+         shift_px.norm() > max_times_farther * (shift_px.norm() + along_px);
+}
+
 struct Follow {
   const cv::Mat& from;
   const cv::Mat& to;
@@ -76,19 +96,24 @@ std::vector<SurfaceTrack> track(const cv::Mat& from, const std::vector<SurfacePo
   std::vector<cv::Point2f> start;
   std::vector<cv::Point2f> end;
   std::vector<const SurfacePoint*> followed;
-  std::vector<double> depth_effect_px;
+  std::vector<Prediction> predictions;
   for (const SurfacePoint& point : points) {
     const Eigen::Vector3d ray = camera.ray(point.pixel_px);
     const Eigen::Vector3d q_to = T_to_from * (point.depth_m * ray);
+    const Eigen::Vector3d ray_to = T_to_from.R * ray;
     constexpr double kNearest_m = 1.0;
-    if (q_to.z() < kNearest_m || !camera.contains(camera.project(q_to), config.window_px / 2)) {
+    if (q_to.z() < kNearest_m || ray_to.z() <= 0.0 ||
+        !camera.contains(camera.project(q_to), config.window_px / 2)) {
       continue;
     }
     const Eigen::Vector3d deeper = T_to_from * ((point.depth_m + point.depth_std_m) * ray);
     followed.push_back(&point);
-    depth_effect_px.push_back((camera.project(deeper) - camera.project(q_to)).norm());
+    const Eigen::Vector2d surface_px = camera.project(q_to);
+    const double depth_effect_px = (camera.project(deeper) - surface_px).norm();
+    predictions.push_back(
+        {surface_px, camera.project(ray_to), std::hypot(config.pixel_std_px, depth_effect_px)});
     start.push_back(to_point(point.pixel_px));
-    end.push_back(to_point(camera.project(q_to)));
+    end.push_back(to_point(surface_px));
   }
   std::vector<SurfaceTrack> tracks;
   if (start.empty()) {
@@ -102,10 +127,11 @@ std::vector<SurfaceTrack> track(const cv::Mat& from, const std::vector<SurfacePo
     if (forth[i] == 0 || back[i] == 0 || !camera.contains(to_px, 1.0) ||
         cv::norm(again[i] - start[i]) > config.max_forward_backward_px ||
         to_mask.at<unsigned char>(static_cast<int>(std::lround(to_px.y())),
-                                  static_cast<int>(std::lround(to_px.x()))) == 0) {
+                                  static_cast<int>(std::lround(to_px.x()))) == 0 ||
+        lies_behind(predictions[i], to_px, config.max_times_farther)) {
       continue;
     }
-    tracks.push_back({*followed[i], to_px, std::hypot(config.pixel_std_px, depth_effect_px[i])});
+    tracks.push_back({*followed[i], to_px, predictions[i].std_px});
   }
   return tracks;
 }

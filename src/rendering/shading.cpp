@@ -174,8 +174,8 @@ float Shading::radiance(const Patch& patch) const {
     const float share =
         look.gloss + (1.0F - look.gloss) * 0.6F * grazing * grazing * grazing * grazing * grazing;
     // What is hardly smooth mirrors everything around at once.
-    constexpr float kSmooth = 0.08F;
-    const float seen = look.gloss < kSmooth ? ambient : mirrored(hit, direction, ambient);
+    const float seen =
+        look.gloss < world::kMirrorGloss ? ambient : mirrored(hit, direction, ambient);
     result = (1.0F - share) * result + share * seen;
   }
   return result + (shines ? look.emission : 0.0F);

@@ -37,8 +37,8 @@ std::string list(const Eigen::Vector3d& v) {
 std::string camchain(const DriveSpec& spec) {
   const CameraCalibration& lens = spec.camera.calibration;
   const PinholeCamera& pinhole = lens.pinhole;
-  const RigidTransform T_cam_imu =
-      spec.nominal.T_vehicle_cam.inverse() * spec.nominal.T_vehicle_imu;
+  // Camera and IMU are calibrated with each other: how the IMU sits in the car has no part in it.
+  const RigidTransform T_cam_imu = spec.nominal.T_vehicle_cam.inverse() * spec.built.T_vehicle_imu;
   std::string rows;
   for (int row = 0; row < 3; ++row) {
     rows += fmt::format("  - [{:.15f}, {:.15f}, {:.15f}, {:.15f}]\n", T_cam_imu.R(row, 0),

@@ -88,7 +88,9 @@ Appearance tunnel_wall(const Spot& s) {
   albedo *= 1.0F - 0.55F * stripe - 0.4F * scratch;
   const float nir = 0.55F * (1.0F + 0.6F * relief) * (1.0F - 0.7F * joint) * (1.0F - 0.3F * bolts) *
                     (1.0F - 0.1F * stripe);
-  return {albedo, nir, 0.0F, 0.0F, 0.12F};
+  // Enamel under soot and splash: as glossy as any paint, but no image is to be seen in it.
+  constexpr float kGloss = 0.05F;
+  return {albedo, nir, 0.0F, 0.0F, kGloss};
 }
 
 // p: tone.

@@ -54,6 +54,10 @@ struct TrackConfig {
   /// apart. Taken for a rotation, that pitches the vehicle by a degree over 40 m.
   double max_upward = 0.5;
   double pixel_std_px = 0.7;  ///< of a tracked point, per axis
+  /// What moves as if it were that many times farther than the surface, or more, is mirrored in it
+  /// or seen through it, or moves along with the camera, as the pool of its lamps does: no point of
+  /// the cloud. A wrong wheel scale or calibration is to show, so nothing less is left out.
+  double max_times_farther = 1.5;
 };
 
 /// Corners of an image (CV_8UC1; none where `mask` is 0) on surfaces that the rendered cloud shows.
@@ -64,7 +68,7 @@ std::vector<SurfacePoint> find_surface_points(const cv::Mat& grey, const cv::Mat
                                               const TrackConfig& config);
 
 /// Follows the first image's points into the second (pyramidal Lucas-Kanade from the predicted
-/// place, forth and back).
+/// place, forth and back). Without those that turn out to lie far behind their surface.
 std::vector<SurfaceTrack> track(const cv::Mat& from, const std::vector<SurfacePoint>& points,
                                 const cv::Mat& to, const cv::Mat& to_mask,
                                 const RigidTransform& T_to_from, const PinholeCamera& camera,

@@ -28,11 +28,11 @@ struct Mounting {
   RigidTransform T_vehicle_lidar;
 };
 
-/// As the car's drawings say: what its configuration files state.
+/// As the car's drawings say, and for the camera its calibration.
 Mounting nominal_mounting();
 
-/// As it was built: turned by about 0.1 degrees (IMU) and 0.03 degrees, 3 mm (camera) against what
-/// the files say. One car per `key`.
+/// As it was built: turned by about 0.1 degrees (IMU) and 0.03 degrees, 3 mm (camera) against
+/// that. One car per `key`.
 Mounting built_mounting(std::uint64_t key);
 
 /// The camera's lens, for images of a width.

@@ -71,6 +71,9 @@ struct Appearance {
   float gloss = 0.0F;     ///< share that it mirrors (glass, car bodies, wet road), 0 to 1
 };
 
+/// Gloss of surfaces smooth enough to show an image of what they mirror; in duller ones it blurs.
+inline constexpr float kMirrorGloss = 0.08F;
+
 /// Appearance at a place of a surface. Patterns finer than `footprint_m`, the size of what is
 /// looked at (a pixel's or a beam's spot on the surface), fade to their mean, so that nothing
 /// flickers. `instance`: Instance::seed, which gives cars their colour, for example.

@@ -45,6 +45,21 @@ class SurfaceTracks : public ::testing::Test {
     return track(pair().from, pair().points, pair().to, to_mask, T_to_from, pair().camera, {});
   }
   static RigidTransform T_to_from() { return pair().T_world_to.inverse() * pair().T_world_from; }
+  /// The corners as if the cloud had a surface in front of each, so that the street is seen in it,
+  /// or through it, that many times farther away.
+  static std::vector<SurfacePoint> in_front(double times_farther) {
+    std::vector<SurfacePoint> points = pair().points;
+    for (SurfacePoint& point : points) {
+      const Eigen::Vector3d back_m = (1.0 / times_farther - 1.0) * point.depth_m *
+                                     (pair().T_world_from.R * pair().camera.ray(point.pixel_px));
+      point.plane_world(3) += point.plane_world.head<3>().dot(back_m);
+      point.depth_m /= times_farther;
+    }
+    return points;
+  }
+  static std::vector<SurfaceTrack> tracks_of(const std::vector<SurfacePoint>& points) {
+    return track(pair().from, points, pair().to, pair().all, T_to_from(), pair().camera, {});
+  }
   /// Where a pixel of the first photo is on the street.
   static Eigen::Vector3d on_street(const Eigen::Vector2d& pixel_px) {
     const auto hit = pair().street.meet_ray(pair().T_world_from.p,
@@ -123,6 +138,19 @@ TEST_F(SurfaceTracks, DoNotBeginUnderAMaskNorWhereTheCloudHasNoSurface) {
       mapping::render(mapping::CloudGrid(std::move(one_point)), pair().camera, pair().T_world_from);
   EXPECT_TRUE(
       find_surface_points(pair().from, pair().all, nothing, pair().T_world_from, {}, {}).empty());
+}
+
+// A mirror, a window: its surface is in the cloud, but what the camera sees there is behind it.
+TEST_F(SurfaceTracks, AreNotOfWhatIsSeenFarBehindTheSurface) {
+  for (const SurfaceTrack& t : tracks_of(in_front(2.5))) {
+    const Eigen::Vector3d q = T_to_from() * (t.from.depth_m * pair().camera.ray(t.from.pixel_px));
+    EXPECT_LT((pair().camera.project(q) - t.to_px).norm(), 5.0 * t.std_px);
+  }
+}
+
+// The verdict is to tell a wheel scale that is wrong by a quarter, and a calibration as wrong.
+TEST_F(SurfaceTracks, AreKeptWhereTheyMissByWhatACalibrationMayBeWrong) {
+  EXPECT_GT(tracks_of(in_front(1.25)).size(), 9 * tracks_of(pair().points).size() / 10);
 }
 
 TEST_F(SurfaceTracks, AreNoneWithoutPoints) {

@@ -6,11 +6,16 @@
 #include "topoloc/geometry/so3.hpp"
 #include "topoloc/localiser/batch.hpp"
 #include "topoloc/mapping/point_cloud.hpp"
+#include "topoloc/simulation/drive_files.hpp"
 
 #include "support/temporary_folder.hpp"
 
+#include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <numbers>
 
+#include <Eigen/Core>
 #include <gtest/gtest.h>
 
 namespace topoloc::simulation {
@@ -81,13 +86,29 @@ TEST(Simulate, FilesSayWhatAUserKnowsAndNotTheTruth) {
   EXPECT_GT(turned, 1e-4);
   EXPECT_LT(turned, 0.01);
   EXPECT_LT((speed.wheel_reference_imu_m - spec.nominal.T_vehicle_imu.inverse().p).norm(), 1e-6);
-  const RigidTransform T_imu_cam = spec.built.T_vehicle_imu.inverse() * spec.built.T_vehicle_cam;
-  const double aside = so3::log(vehicle.camera.kalibr.T_imu_cam.R.transpose() * T_imu_cam.R).norm();
-  EXPECT_GT(aside, 1e-4);
-  EXPECT_LT(aside, 0.01);
   EXPECT_EQ(vehicle.camera.kalibr.calibration, spec.camera.calibration);
   EXPECT_NEAR(static_cast<double>(vehicle.camera.kalibr.time_offset_ns) * 1e-9,
               spec.camera_log.time_shift_s, 0.0015);
+}
+
+// Calibrated against each other, to 0.03 degrees and 3 mm per axis; the 0.1 degrees by which the
+// IMU is turned in the car are no error of that.
+TEST(Simulate, CameraIsCalibratedAgainstTheImuAsItSits) {
+  const TemporaryFolder folder;
+  constexpr std::uint64_t kCars = 20;
+  Eigen::Vector2d squares = Eigen::Vector2d::Zero();
+  for (std::uint64_t seed = 1; seed <= kCars; ++seed) {
+    DriveRequest request = town_drive(1);
+    request.world.seed = seed;  // the car is that of the world
+    const DriveSpec spec = drive_spec(request);
+    write_vehicle_files(folder / ".", spec);
+    const auto vehicle = config::load_vehicle_config(folder / "vehicle.yaml");
+    const RigidTransform T_imu_cam = spec.built.T_vehicle_imu.inverse() * spec.built.T_vehicle_cam;
+    const RigidTransform off = vehicle.camera.kalibr.T_imu_cam.inverse() * T_imu_cam;
+    squares += Eigen::Vector2d(so3::log(off.R).squaredNorm(), off.p.squaredNorm()) / (3.0 * kCars);
+  }
+  EXPECT_NEAR(std::sqrt(squares[0]) * 180.0 / std::numbers::pi, 0.03, 0.01);
+  EXPECT_NEAR(std::sqrt(squares[1]), 0.003, 0.001);
 }
 
 TEST(Simulate, SameSeedSameBytesOtherSeedOtherDrive) {

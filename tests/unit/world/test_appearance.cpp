@@ -87,6 +87,18 @@ TEST(Appearance, StaysInRange) {
   }
 }
 
+// A sooty wall that mirrored the world beyond the portal would show things that stay behind as the
+// camera passes: points followed in it miss the wall's own place by tens of pixels.
+TEST(Appearance, TunnelWallsMirrorNoImage) {
+  const Surface wall{Material::kTunnelWall, 3, {1.5F, 1.3F, 0.6F, 1.05F}};
+  Random random(2);
+  for (int i = 0; i < 1000; ++i) {
+    const Eigen::Vector2f uv(static_cast<float>(random.uniform(0.0, 200.0)),
+                             static_cast<float>(random.uniform(0.0, 3.6)));
+    ASSERT_LT(appearance(wall, 0, uv, 0.01F).gloss, kMirrorGloss) << "at " << uv.transpose();
+  }
+}
+
 TEST(Appearance, IsAFunction) {
   for (const Case& one : cases()) {
     const Eigen::Vector2f uv(0.37F, 0.81F);
