@@ -141,8 +141,24 @@ class JournalReader {
       const std::function<void(const TickInput&, const estimation::MapMatchSet*)>& take)
       : take_(take) {}
 
+  /// What a power cut leaves may be a file with nothing in it: it counts, and the others are read.
   void read(const fs::path& file) {
-    const transport::LcmLogReader log(file);
+    std::optional<transport::LcmLogReader> log;
+    try {
+      log.emplace(file);
+    } catch (const std::runtime_error&) {
+      ++summary_.unreadable;
+      return;
+    }
+    ++files_;
+    read(*log);
+  }
+
+  [[nodiscard]] std::size_t files() const { return files_; }  ///< that could be read
+  [[nodiscard]] const JournalSummary& summary() const { return summary_; }
+
+ private:
+  void read(const transport::LcmLogReader& log) {
     summary_.unreadable += log.damage().corrupt_regions + (log.damage().truncated ? 1 : 0);
     for (std::size_t i = 0; i < log.size(); ++i) {
       const transport::LogEvent event = log.event(i);
@@ -154,9 +170,6 @@ class JournalReader {
     }
   }
 
-  [[nodiscard]] const JournalSummary& summary() const { return summary_; }
-
- private:
   template <typename Message>
   static bool decode(std::span<const std::byte> data, Message& message) {
     try {
@@ -208,6 +221,7 @@ class JournalReader {
 
   const std::function<void(const TickInput&, const estimation::MapMatchSet*)>& take_;
   JournalSummary summary_;
+  std::size_t files_ = 0;
   bool known_ = false;                                     // the state of the filter is
   std::map<std::uint64_t, estimation::MapMatchSet> sets_;  // not yet taken in
   tick_t tick_message_;
@@ -227,6 +241,9 @@ JournalSummary read_journal(
   JournalReader reader(take);
   for (const fs::path& file : files) {
     reader.read(file);
+  }
+  if (reader.files() == 0) {
+    throw std::runtime_error(folder.string() + ": no file of the journal can be read");
   }
   if (reader.summary().ticks == 0) {
     throw std::runtime_error(folder.string() +

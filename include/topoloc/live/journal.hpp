@@ -52,7 +52,7 @@ struct JournalSummary {
   std::uint64_t left_out = 0;
   std::uint64_t lost_ticks = 0;       ///< the recorder was too slow for them
   std::uint64_t lost_match_sets = 0;  ///< named by a tick, not found
-  std::uint64_t unreadable = 0;       ///< messages, and places where the files are damaged
+  std::uint64_t unreadable = 0;       ///< messages, damaged places, files that are none
   std::string vehicle_yaml;           ///< text of the configuration it was recorded with
   bool with_map = true;               ///< whether the run had one
 

@@ -212,6 +212,42 @@ TEST(Journal, IsReadUpToWhereThePowerFailed) {
   EXPECT_FALSE(summary.is_exact());
 }
 
+/// Small files: some hundred ticks make several.
+void write_ticks(const std::filesystem::path& folder, std::uint64_t count) {
+  Random random;
+  JournalWriter journal(folder, 8 * 10'000, {"1.2", "format: 1\n"});
+  for (std::uint64_t i = 0; i < count; ++i) {
+    journal.add(made_up_tick(random, i));
+  }
+  journal.close();
+}
+
+TEST(Journal, IsReadAlthoughAFileHasNothingInIt) {
+  const TemporaryFolder folder;
+  write_ticks(folder / "flight", 200);
+  const std::vector<std::filesystem::path> files = journal_files(folder / "flight");
+  ASSERT_GE(files.size(), 5U);
+  std::filesystem::resize_file(files.back(), 0);
+  std::filesystem::resize_file(files[2], 20);  // in its first event
+  std::vector<ReadTick> read;
+  const JournalSummary summary = read_all(folder / "flight", read);
+  EXPECT_EQ(summary.unreadable, 2U);
+  EXPECT_FALSE(summary.is_exact());
+  EXPECT_GT(summary.ticks, 50U);
+  EXPECT_EQ(summary.vehicle_yaml, "format: 1\n");
+}
+
+TEST(Journal, OfWhichNoFileCanBeReadIsRefused) {
+  const TemporaryFolder folder;
+  write_ticks(folder / "flight", 100);
+  for (const auto& file : journal_files(folder / "flight")) {
+    std::filesystem::resize_file(file, 0);
+  }
+  std::vector<ReadTick> read;
+  EXPECT_THAT([&] { read_all(folder / "flight", read); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("flight: no file of the journal")));
+}
+
 TEST(Journal, TellsTicksAndMatchSetsThatWereLost) {
   const TemporaryFolder folder;
   Random random;
