@@ -39,7 +39,7 @@ void add_options(CLI::App& app, Options& options) {
   reckoning->excludes(map);
   app.add_option("--initial-pose", options.initial_pose,
                  "T_world_imu at the start, \"x y z qx qy qz qw\"; default: from the drive's "
-                 "ground_truth.tum, or live the last pose kept");
+                 "ground_truth.tum, live the last pose kept; of a journal its own");
 
   constexpr const char* kDrive = "Of a recorded drive";
   const auto of_drive = [&](CLI::Option* option) { option->group(kDrive)->needs(drive); };

@@ -26,12 +26,12 @@ void Recorder::run(const std::atomic<bool>& stop) {
 }
 
 void Recorder::write_all() {
-  while (const TickInput* tick = ticks_.read_slot()) {
+  while (const RecordedTick* tick = ticks_.read_slot()) {
     // The set that a tick names was recorded before the estimator had it.
-    if (tick->match_set) {
+    if (tick->input.match_set) {
       write_match_sets();
     }
-    journal_.add(*tick);
+    journal_.add(tick->input, tick->pose);
     ticks_.commit_read();
   }
   write_match_sets();

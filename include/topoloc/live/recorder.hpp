@@ -14,7 +14,7 @@ class Recorder {
  public:
   /// All references outlive this.
   Recorder(JournalWriter& journal, realtime::SpscRing<NumberedMatchSet>& match_sets,
-           realtime::SpscRing<TickInput>& ticks)
+           realtime::SpscRing<RecordedTick>& ticks)
       : journal_(journal), match_sets_(match_sets), ticks_(ticks) {}
 
   /// Until `stop` is set and what was there by then is written. Ends early where the disk is full
@@ -29,7 +29,7 @@ class Recorder {
 
   JournalWriter& journal_;
   realtime::SpscRing<NumberedMatchSet>& match_sets_;
-  realtime::SpscRing<TickInput>& ticks_;
+  realtime::SpscRing<RecordedTick>& ticks_;
   std::atomic<bool> failed_{false};
 };
 

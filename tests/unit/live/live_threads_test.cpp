@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/live/estimator_thread.hpp"
+#include "topoloc/live/journal_replay.hpp"
 #include "topoloc/live/lcm_publisher.hpp"
 #include "topoloc/live/lcm_receiver.hpp"
 #include "topoloc/live/match_worker.hpp"
@@ -194,15 +195,14 @@ TEST_F(LiveThreads, PublishEveryTickAndRecordWhatMadeIt) {
   EXPECT_EQ(counts["signals.imu_samples"], sum(counts, "imu."));
   EXPECT_EQ(counts["signals.speed_samples"], sum(counts, "speed."));
 
-  TickRunner again(car_.vehicle.estimator);
   std::size_t i = 0;
-  const JournalSummary summary = read_journal(
-      car_.temporary / "flight", [&](const TickInput& tick, const estimation::MapMatchSet* set) {
-        const TickOutput& output = again.run(tick, set);
-        ASSERT_LT(i, heard_.estimates.size());
-        EXPECT_EQ(heard_.estimates[i].position[0], output.estimate.state.p_world_imu.x());
-        ++i;
-      });
+  const ReplaySummary summary = replay_journal(car_.temporary / "flight", car_.vehicle.estimator,
+                                               std::nullopt, [&](const TickOutput& output) {
+                                                 ASSERT_LT(i, heard_.estimates.size());
+                                                 EXPECT_EQ(heard_.estimates[i].position[0],
+                                                           output.estimate.state.p_world_imu.x());
+                                                 ++i;
+                                               });
   EXPECT_TRUE(summary.is_exact());
   EXPECT_EQ(i, heard_.estimates.size());
 }
