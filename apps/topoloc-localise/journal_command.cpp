@@ -83,7 +83,9 @@ void replay_journal(const Options& options) {
   localiser::ResultFiles files(options.out);
   std::filesystem::path log_file = options.out;
   log_file.replace_extension(".lcm");
-  EstimateLog log(log_file, vehicle.live.channels.estimate);
+  // A vehicle that does not publish its estimates has a journal of them all the same.
+  const std::string& channel = vehicle.live.channels.estimate;
+  EstimateLog log(log_file, channel.empty() ? config::LcmChannels{}.estimate : channel);
   const live::ReplaySummary summary = live::replay_journal(
       options.replay,
       options.dead_reckoning ? estimation::without_map(vehicle.estimator) : vehicle.estimator,
