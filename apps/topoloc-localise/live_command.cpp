@@ -61,11 +61,11 @@ int localise_live(const Options& options) {
     live.initial_pose = parse_initial_pose(options.initial_pose);
   }
   live::LiveProcess process(load_vehicle(options), std::move(live));
+  const ServiceNotifier service;
+  process.start();
   for (const std::string& warning : process.warnings()) {
     fmt::print(stderr, "topoloc-localise: warning: {}\n", warning);
   }
-  const ServiceNotifier service;
-  process.start();
   service.notify("READY=1");
   fmt::print("running\n");
   std::fflush(stdout);

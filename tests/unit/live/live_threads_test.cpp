@@ -64,6 +64,7 @@ class LiveThreads : public ::testing::Test {
 
   /// So long, and until `done`, as far as that comes within 12 s.
   void run(std::chrono::milliseconds duration, const std::function<bool()>& done) {
+    EXPECT_EQ(recorder_.open(), "");
     std::jthread publish([&] { publisher_.run(stop_); });
     std::jthread record([&] { recorder_.run(stop_); });
     std::jthread match(
@@ -116,9 +117,10 @@ class LiveThreads : public ::testing::Test {
        .thread = {.name = "estimator", .fifo_priority = 0, .cpus = {}, .stack_bytes = 1 << 18},
        .wake_fd = wake_.fd()},
       loop_};
-  JournalWriter journal_{car_.temporary / "flight", 1 << 24, {"test", ""}};
   realtime::SpscRing<NumberedMatchSet> recorded_{16};
-  Recorder recorder_{journal_, recorded_, ports_.journal};
+  Recorder recorder_{{.folder = car_.temporary / "flight", .max_bytes = 1 << 24, .origin = {}},
+                     recorded_,
+                     ports_.journal};
   std::atomic<int> matched_{0};
   realtime::TripleBuffer<MatcherStatus> matcher_status_;
   MatchWorker matcher_{
