@@ -16,6 +16,10 @@
 namespace topoloc::apps {
 namespace {
 
+/// Exit code of a process that was told to end and did, but for what it had to write. Not that of a
+/// failure: nobody shall start it again (RestartPreventExitStatus= of the unit).
+constexpr int kDiskHangs = 3;
+
 /// SIGTERM and SIGINT, taken in by the main thread when it asks: no other thread is interrupted.
 class EndSignals {
  public:
@@ -89,7 +93,7 @@ int localise_live(const Options& options) {
   }
   if (still.disk || still.matcher) {
     std::fflush(stdout);
-    std::_Exit(still.disk ? 1 : 0);
+    std::_Exit(still.disk ? kDiskHangs : 0);
   }
   return 0;
 }
