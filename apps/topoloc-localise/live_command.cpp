@@ -30,13 +30,17 @@ class EndSignals {
     pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
   }
 
-  /// Waits a tenth of a second at most; whether one came.
-  [[nodiscard]] bool wait() const {
-    const timespec timeout{.tv_sec = 0, .tv_nsec = 50'000'000};
+  /// Waits a twentieth of a second at most; whether one came.
+  [[nodiscard]] bool wait() const { return came_within(50'000'000); }
+  /// Whether one has come.
+  [[nodiscard]] bool came() const { return came_within(0); }
+
+ private:
+  [[nodiscard]] bool came_within(long ns) const {
+    const timespec timeout{.tv_sec = 0, .tv_nsec = ns};
     return sigtimedwait(&signals_, nullptr, &timeout) > 0;
   }
 
- private:
   sigset_t signals_{};
 };
 
@@ -65,6 +69,10 @@ int localise_live(const Options& options) {
     live.initial_pose = parse_initial_pose(options.initial_pose);
   }
   live::LiveProcess process(load_vehicle(options), std::move(live));
+  if (signals.came()) {  // while models and map were read
+    fmt::print("stopped before the start\n");
+    return 0;
+  }
   const ServiceNotifier service;
   process.start();
   for (const std::string& warning : process.warnings()) {
