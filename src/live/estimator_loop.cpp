@@ -18,6 +18,9 @@ EstimatorLoop::EstimatorLoop(const Config& config, const HostClock& clock,
 const TickOutput& EstimatorLoop::tick(std::uint64_t number) {
   offset_before_ns_ = clock_.system_offset_ns();
   clock_.watch();
+  if (clock_.system_offset_ns() != offset_before_ns_) {
+    can_.system_clock_set(clock_.system_offset_ns() - offset_before_ns_);
+  }
   input_.tick = number;
   input_.now_ns = clock_.now_ns();
   input_.system_offset_ns = clock_.system_offset_ns();

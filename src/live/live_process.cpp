@@ -40,6 +40,7 @@ class BusSource : public CanSource {
                   {.frames_per_call = kMaxFramesPerTick, .buffer_bytes = live.can_buffer_bytes}) {}
 
   std::span<const can::Frame> receive() noexcept override { return receiver_.receive(); }
+  void system_clock_set(std::int64_t by_ns) noexcept override { receiver_.system_clock_set(by_ns); }
   [[nodiscard]] can::CanCounters counters() const noexcept override { return receiver_.counters(); }
 
  private:

@@ -23,6 +23,7 @@ class ManualBus : public CanSource {
     frames_.clear();
     return given_;
   }
+  void system_clock_set(std::int64_t /*by_ns*/) noexcept override {}
   [[nodiscard]] can::CanCounters counters() const noexcept override { return {}; }
 
  private:
