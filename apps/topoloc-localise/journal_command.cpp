@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/config/vehicle_config.hpp"
-#include "topoloc/live/journal.hpp"
+#include "topoloc/live/journal_replay.hpp"
 #include "topoloc/live/messages.hpp"
 #include "topoloc/localiser/result_files.hpp"
 #include "topoloc/transport/lcm_log.hpp"
 
 #include "commands.hpp"
+#include "common/initial_pose.hpp"
 #include "common/text_file.hpp"
 
 #include <cstddef>
-#include <stdexcept>
+#include <optional>
 #include <vector>
 
 #include <fmt/core.h>
@@ -40,7 +41,8 @@ class EstimateLog {
 
 void warn(const std::string& text) { fmt::print(stderr, "topoloc-localise: warning: {}\n", text); }
 
-void tell(const Options& options, const live::JournalSummary& summary) {
+void tell(const Options& options, const live::ReplaySummary& replay) {
+  const live::JournalSummary& summary = replay.journal;
   if (summary.vehicle_yaml != read_text(options.config)) {
     warn(options.config.string() + ": is not what the journal was recorded with");
   }
@@ -48,11 +50,19 @@ void tell(const Options& options, const live::JournalSummary& summary) {
     warn(summary.with_map ? "the journal is of a run with a map: leave out --dead-reckoning"
                           : "the journal is of a run without a map: give --dead-reckoning");
   }
-  if (summary.left_out > 0) {
+  if (!summary.from_start) {
     warn(
-        fmt::format("the journal begins in the middle of a run: {} ticks before the first initial "
-                    "pose in it were left out, and the rest may differ from what was published",
-                    summary.left_out));
+        fmt::format("the journal begins in the middle of a run: {} ticks before the filter had a "
+                    "pose were left out",
+                    replay.left_out));
+  }
+  if (replay.started > 0) {
+    warn(options.initial_pose.empty()
+             ? "this replay is not exact: the filter was started from the pose that a file of the "
+               "journal begins with, and knew less than the one that was recorded"
+             : "this replay is not exact: the filter was started from --initial-pose");
+  } else if (!summary.from_start) {
+    warn("this replay is not exact: what the filter knew before is not in the journal");
   }
   if (summary.lost_ticks + summary.lost_match_sets + summary.unreadable > 0) {
     warn(
@@ -66,15 +76,20 @@ void tell(const Options& options, const live::JournalSummary& summary) {
 
 void replay_journal(const Options& options) {
   const config::VehicleConfig vehicle = config::load_vehicle_config(options.config);
-  live::TickRunner runner(options.dead_reckoning ? estimation::without_map(vehicle.estimator)
-                                                 : vehicle.estimator);
+  std::optional<RigidTransform> initial_pose;
+  if (!options.initial_pose.empty()) {
+    initial_pose = parse_initial_pose(options.initial_pose);
+  }
   localiser::ResultFiles files(options.out);
   std::filesystem::path log_file = options.out;
   log_file.replace_extension(".lcm");
-  EstimateLog log(log_file, vehicle.live.channels.estimate);
-  const live::JournalSummary summary = live::read_journal(
-      options.replay, [&](const live::TickInput& tick, const estimation::MapMatchSet* set) {
-        const live::TickOutput& output = runner.run(tick, set);
+  // A vehicle that does not publish its estimates has a journal of them all the same.
+  const std::string& channel = vehicle.live.channels.estimate;
+  EstimateLog log(log_file, channel.empty() ? config::LcmChannels{}.estimate : channel);
+  const live::ReplaySummary summary = live::replay_journal(
+      options.replay,
+      options.dead_reckoning ? estimation::without_map(vehicle.estimator) : vehicle.estimator,
+      initial_pose, [&](const live::TickOutput& output) {
         log.add(output);
         if (live::has_pose(output)) {
           files.add(output.estimate);
@@ -83,8 +98,9 @@ void replay_journal(const Options& options) {
   log.close();
   files.finish({});
   tell(options, summary);
-  fmt::print("{}: {} ticks replayed{}; estimates as published in {}\n", options.out.string(),
-             summary.ticks, summary.is_exact() ? ", exactly" : "", log_file.string());
+  fmt::print("{}: {} ticks replayed{}; estimates {} in {}\n", options.out.string(), summary.ticks,
+             summary.is_exact() ? ", exactly" : "",
+             summary.is_exact() ? "as published" : "of this replay", log_file.string());
 }
 
 }  // namespace topoloc::apps

@@ -16,6 +16,10 @@
 namespace topoloc::apps {
 namespace {
 
+/// Exit code of a process that was told to end and did, but for what it had to write. Not that of a
+/// failure: nobody shall start it again (RestartPreventExitStatus= of the unit).
+constexpr int kDiskHangs = 3;
+
 /// SIGTERM and SIGINT, taken in by the main thread when it asks: no other thread is interrupted.
 class EndSignals {
  public:
@@ -26,13 +30,17 @@ class EndSignals {
     pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
   }
 
-  /// Waits a tenth of a second at most; whether one came.
-  [[nodiscard]] bool wait() const {
-    const timespec timeout{.tv_sec = 0, .tv_nsec = 50'000'000};
+  /// Waits a twentieth of a second at most; whether one came.
+  [[nodiscard]] bool wait() const { return came_within(50'000'000); }
+  /// Whether one has come.
+  [[nodiscard]] bool came() const { return came_within(0); }
+
+ private:
+  [[nodiscard]] bool came_within(long ns) const {
+    const timespec timeout{.tv_sec = 0, .tv_nsec = ns};
     return sigtimedwait(&signals_, nullptr, &timeout) > 0;
   }
 
- private:
   sigset_t signals_{};
 };
 
@@ -61,11 +69,15 @@ int localise_live(const Options& options) {
     live.initial_pose = parse_initial_pose(options.initial_pose);
   }
   live::LiveProcess process(load_vehicle(options), std::move(live));
-  for (const std::string& warning : process.warnings()) {
-    fmt::print(stderr, "topoloc-localise: warning: {}\n", warning);
+  if (signals.came()) {  // while models and map were read
+    fmt::print("stopped before the start\n");
+    return 0;
   }
   const ServiceNotifier service;
   process.start();
+  for (const std::string& warning : process.warnings()) {
+    fmt::print(stderr, "topoloc-localise: warning: {}\n", warning);
+  }
   service.notify("READY=1");
   fmt::print("running\n");
   std::fflush(stdout);
@@ -89,7 +101,7 @@ int localise_live(const Options& options) {
   }
   if (still.disk || still.matcher) {
     std::fflush(stdout);
-    std::_Exit(still.disk ? 1 : 0);
+    std::_Exit(still.disk ? kDiskHangs : 0);
   }
   return 0;
 }

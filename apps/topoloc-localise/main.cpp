@@ -23,7 +23,8 @@ Examples:
 With --drive or --replay it writes EST.tum (T_world_imu at every tick), EST.states.csv (full state
 and covariance) and EST.updates.csv (one line per camera frame); with --replay also EST.lcm (the
 estimates as they were published). With --config it runs until SIGTERM, SIGINT or a stop command on
-LCM; docs/deployment.md. Exit code: 0 done, 1 failed, 2 wrong usage.)";
+LCM; docs/deployment.md. Exit code: 0 done, 1 failed, 2 wrong usage, 3 stopped while the
+disk did not answer (the end of the journal or the last pose is not written).)";
 
 void add_options(CLI::App& app, Options& options) {
   auto* drive = app.add_option("--drive", options.drive, "Drive folder (docs/drive-folder.md)");
@@ -39,7 +40,7 @@ void add_options(CLI::App& app, Options& options) {
   reckoning->excludes(map);
   app.add_option("--initial-pose", options.initial_pose,
                  "T_world_imu at the start, \"x y z qx qy qz qw\"; default: from the drive's "
-                 "ground_truth.tum, or live the last pose kept");
+                 "ground_truth.tum, live the last pose kept; of a journal its own");
 
   constexpr const char* kDrive = "Of a recorded drive";
   const auto of_drive = [&](CLI::Option* option) { option->group(kDrive)->needs(drive); };

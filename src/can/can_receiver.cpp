@@ -103,6 +103,12 @@ std::span<const Frame> CanReceiver::receive() noexcept {
   return std::span(impl_->out).first(count);
 }
 
+void CanReceiver::system_clock_set(std::int64_t by_ns) noexcept {
+  for (const auto& socket : impl_->sockets) {
+    socket->system_clock_set(by_ns);
+  }
+}
+
 std::size_t CanReceiver::interface_count() const { return impl_->sockets.size(); }
 
 const std::string& CanReceiver::device(std::size_t index) const {

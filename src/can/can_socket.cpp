@@ -157,8 +157,10 @@ void CanSocket::look_after_interface(std::int64_t now_ns) noexcept {
   }
   next_look_ns_ = now_ns + rebind_interval_ns_;
   if (state_ == CanState::kGone) {
-    // The kernel forgot the filters together with the interface.
-    if (!set_filters() || !bind_to(socket_.number(), device_)) {
+    // The kernel forgot the filters together with the interface. It takes a lock for setting them
+    // that all changes of network interfaces share, so not before there is one to set them for.
+    const int index = interface_index(socket_.number(), device_);
+    if (index == 0 || !set_filters() || !bind_to_index(socket_.number(), index)) {
       ++counters_.failed_rebinds;
       return;
     }

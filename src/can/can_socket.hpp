@@ -31,6 +31,9 @@ class CanSocket {
   /// allocates nor throws; at most 8 system calls.
   Read read(std::span<Frame> out, std::int64_t now_ns) noexcept;
 
+  /// As HardwareClock's.
+  void system_clock_set(std::int64_t by_ns) noexcept { hardware_clock_.system_clock_set(by_ns); }
+
   [[nodiscard]] const std::string& device() const { return device_; }
   [[nodiscard]] CanState state() const { return state_; }
   [[nodiscard]] const CanCounters& counters() const { return counters_; }

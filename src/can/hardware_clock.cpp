@@ -13,13 +13,24 @@ std::int64_t HardwareClock::unix_ns(std::int64_t hardware_ns, std::int64_t softw
   last_hardware_ns_ = hardware_ns;
   if (running_ && elapsed_ns >= 0) {
     const std::int64_t drift_ns = std::llround(kMaxDrift * static_cast<double>(elapsed_ns));
-    offset_ns_ = std::min(offset_ns_ + drift_ns, difference_ns);
+    offset_ns_ += drift_ns;
+    // Stamped after the step, unless it is nearer to how the clocks were before.
+    if (step_ns_ > 0 && difference_ns - offset_ns_ > step_ns_ / 2) {
+      offset_ns_ += step_ns_;
+      step_ns_ = 0;
+    }
+    offset_ns_ = std::min(offset_ns_, difference_ns);
   }
   if (!running_ || elapsed_ns < 0 || difference_ns - offset_ns_ > kMaxDelay_ns) {
     offset_ns_ = difference_ns;
+    step_ns_ = 0;
   }
   running_ = true;
   return hardware_ns + offset_ns_;
+}
+
+void HardwareClock::system_clock_set(std::int64_t by_ns) noexcept {
+  step_ns_ = std::max<std::int64_t>(step_ns_ + by_ns, 0);
 }
 
 }  // namespace topoloc::can

@@ -80,28 +80,33 @@ int open_raw_socket(const std::string& device) {
   return socket.release();
 }
 
-bool bind_to(int socket, const std::string& device) noexcept {
+int interface_index(int socket, const std::string& device) noexcept {
   ifreq request = request_for(device);
-  if (::ioctl(socket, SIOCGIFINDEX, &request) != 0) {
-    return false;
-  }
+  return ::ioctl(socket, SIOCGIFINDEX, &request) == 0 ? request.ifr_ifindex : 0;
+}
+
+bool bind_to_index(int socket, int index) noexcept {
   sockaddr_can address{};
   address.can_family = AF_CAN;
-  address.can_ifindex = request.ifr_ifindex;
+  address.can_ifindex = index;
   return ::bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0;
+}
+
+bool bind_to(int socket, const std::string& device) noexcept {
+  const int index = interface_index(socket, device);
+  return index != 0 && bind_to_index(socket, index);
 }
 
 void bind_or_throw(int socket, const std::string& device) {
   if (device.empty() || device.size() > kMaxInterfaceNameBytes) {
     fail_on(device, "a name of 1 to 15 letters is expected");
   }
-  if (!bind_to(socket, device)) {
+  const int index = interface_index(socket, device);
+  if (index == 0 || !bind_to_index(socket, index)) {
     const int error = errno;
-    const ifreq request = request_for(device);
-    const bool exists = ::if_nametoindex(static_cast<const char*>(request.ifr_name)) != 0;
     fail_on(device,
-            (exists ? error == ENODEV ? "is no CAN interface" : "cannot bind: " + reason(error)
-                    : "there is no such interface") +
+            (index != 0 ? error == ENODEV ? "is no CAN interface" : "cannot bind: " + reason(error)
+                        : "there is no such interface") +
                 " (CAN interfaces here: " + can_interfaces(socket) +
                 "); plug it in, or set it up: ip link set " + device +
                 " up type can bitrate 500000");

@@ -33,8 +33,12 @@ class Descriptor {
 /// A raw CAN socket, not bound yet, that takes CAN FD. Throws std::runtime_error.
 int open_raw_socket(const std::string& device);
 
-/// Binds to the interface of that name; false, with errno, where there is none or it is no CAN
-/// interface. Does not allocate. One system call if it fails, else two.
+/// Number of the interface of that name; 0, with errno, where there is none. Does not allocate. One
+/// system call.
+int interface_index(int socket, const std::string& device) noexcept;
+/// False, with errno, where it is gone or no CAN interface. Does not allocate. One system call.
+bool bind_to_index(int socket, int index) noexcept;
+/// Both of them.
 bool bind_to(int socket, const std::string& device) noexcept;
 /// The same, but throws std::runtime_error that says what to do.
 void bind_or_throw(int socket, const std::string& device);

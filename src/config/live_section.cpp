@@ -33,13 +33,13 @@ void read_live(StrictNode& top, LiveConfig& config) {
   StrictNode lcm = live.section("lcm");
   lcm.read("url", config.lcm_url);
   StrictNode channels = lcm.section("channels");
-  channels.read("estimate", config.channels.estimate);
-  channels.read("pose", config.channels.pose);
-  channels.read("geo_pose", config.channels.geo_pose);
-  channels.read("status", config.channels.status);
-  channels.read("timing", config.channels.timing);
-  channels.read("initial_pose", config.channels.initial_pose);
-  channels.read("command", config.channels.command);
+  channels.read_or_none("estimate", config.channels.estimate);
+  channels.read_or_none("pose", config.channels.pose);
+  channels.read_or_none("geo_pose", config.channels.geo_pose);
+  channels.read_or_none("status", config.channels.status);
+  channels.read_or_none("timing", config.channels.timing);
+  channels.read_or_none("initial_pose", config.channels.initial_pose);
+  channels.read_or_none("command", config.channels.command);
   channels.finish();
   lcm.finish();
 

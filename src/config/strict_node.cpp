@@ -193,6 +193,14 @@ void StrictNode::read(const char* key, std::string& target) {
   }
 }
 
+void StrictNode::read_or_none(const char* key, std::string& target) {
+  if (const YAML::Node value = ask(key); value.IsScalar() && value.Scalar().empty()) {
+    target.clear();
+  } else {
+    read(key, target);
+  }
+}
+
 void StrictNode::read(const char* key, std::string& target,
                       const std::vector<std::string>& choices) {
   if (const YAML::Node value = ask(key); !value.IsNull()) {

@@ -38,6 +38,8 @@ class StrictNode {
   void read(const char* key, int& target, Range range);
   void read(const char* key, bool& target);
   void read(const char* key, std::string& target);
+  /// Text that may be empty: "" says none, which is not the default.
+  void read_or_none(const char* key, std::string& target);
   void read(const char* key, std::string& target, const std::vector<std::string>& choices);
   void read(const char* key, std::vector<std::string>& target);
   /// A list of min_count to max_count numbers.

@@ -18,6 +18,9 @@ EstimatorLoop::EstimatorLoop(const Config& config, const HostClock& clock,
 const TickOutput& EstimatorLoop::tick(std::uint64_t number) {
   offset_before_ns_ = clock_.system_offset_ns();
   clock_.watch();
+  if (clock_.system_offset_ns() != offset_before_ns_) {
+    can_.system_clock_set(clock_.system_offset_ns() - offset_before_ns_);
+  }
   input_.tick = number;
   input_.now_ns = clock_.now_ns();
   input_.system_offset_ns = clock_.system_offset_ns();
@@ -35,8 +38,7 @@ const TickOutput& EstimatorLoop::tick(std::uint64_t number) {
   answer();
   losses_.outputs += ports_.outputs.try_push(output) ? 0 : 1;
   if (keeps_journal_) {
-    input_.lost_before = losses_.journal;
-    losses_.journal += ports_.journal.try_push(input_) ? 0 : 1;
+    record(output);
   }
   return output;
 }
@@ -100,6 +102,22 @@ void EstimatorLoop::answer() {
     prediction.v_world_mps = state->v_world_imu;
   }
   losses_.predictions += ports_.predictions.try_push(prediction) ? 0 : 1;
+}
+
+void EstimatorLoop::record(const TickOutput& output) {
+  RecordedTick* const slot = ports_.journal.write_slot();
+  if (slot == nullptr) {
+    ++losses_.journal;
+    return;
+  }
+  input_.lost_before = losses_.journal;
+  slot->input = input_;
+  slot->pose.reset();
+  if (output.estimate.mode != estimation::Mode::kUninitialised) {
+    slot->pose = {.time_ns = output.estimate.time_ns,
+                  .T_world_imu = output.estimate.state.T_world_imu()};
+  }
+  ports_.journal.commit_write();
 }
 
 void EstimatorLoop::report(EstimatorStatus& status) const {

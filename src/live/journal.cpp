@@ -53,6 +53,7 @@ struct JournalWriter::Impl {
   std::size_t file_number = 0;
   std::size_t file_bytes = 0;
   std::optional<transport::LcmLogWriter> log;
+  std::optional<estimation::InitialPose> pose;  ///< after the newest tick
   tick_t tick;
   match_set_t match_set;
   std::vector<std::byte> encoded;
@@ -83,6 +84,7 @@ struct JournalWriter::Impl {
     start.version = origin.version;
     start.vehicle_yaml = origin.vehicle_yaml;
     start.with_map = static_cast<std::int8_t>(origin.with_map ? 1 : 0);
+    set_pose(pose, start);
     write(kStart, time_us, start);
   }
 
@@ -124,9 +126,11 @@ void JournalWriter::add(const NumberedMatchSet& set) {
   impl_->write(kMatchSet, set.set.frame_time_ns / 1000, impl_->match_set);
 }
 
-void JournalWriter::add(const TickInput& tick) {
+void JournalWriter::add(const TickInput& tick,
+                        const std::optional<estimation::InitialPose>& after) {
   to_message(tick, impl_->tick);
   impl_->write(kTick, tick.now_ns / 1000, impl_->tick);
+  impl_->pose = after;
   impl_->turn_over_if_full(tick.now_ns / 1000);
 }
 
@@ -137,12 +141,27 @@ namespace {
 /// Reads the events of a journal one after the other.
 class JournalReader {
  public:
-  explicit JournalReader(
-      const std::function<void(const TickInput&, const estimation::MapMatchSet*)>& take)
-      : take_(take) {}
+  explicit JournalReader(const JournalSink& sink) : sink_(sink) {}
 
+  /// What a power cut leaves may be a file with nothing in it: it counts, and the others are read.
   void read(const fs::path& file) {
-    const transport::LcmLogReader log(file);
+    std::optional<transport::LcmLogReader> log;
+    try {
+      log.emplace(file);
+    } catch (const std::runtime_error&) {
+      ++summary_.unreadable;
+      gap_ = true;
+      return;
+    }
+    ++files_;
+    read(*log);
+  }
+
+  [[nodiscard]] std::size_t files() const { return files_; }  ///< that could be read
+  [[nodiscard]] const JournalSummary& summary() const { return summary_; }
+
+ private:
+  void read(const transport::LcmLogReader& log) {
     summary_.unreadable += log.damage().corrupt_regions + (log.damage().truncated ? 1 : 0);
     for (std::size_t i = 0; i < log.size(); ++i) {
       const transport::LogEvent event = log.event(i);
@@ -154,9 +173,6 @@ class JournalReader {
     }
   }
 
-  [[nodiscard]] const JournalSummary& summary() const { return summary_; }
-
- private:
   template <typename Message>
   static bool decode(std::span<const std::byte> data, Message& message) {
     try {
@@ -171,7 +187,13 @@ class JournalReader {
     if (!decode(data, start)) {
       return false;
     }
-    known_ = known_ || start.from_start != 0;
+    const JournalFileStart file{
+        .from_start = start.from_start != 0, .after_gap = gap_, .pose = pose_of(start)};
+    gap_ = false;
+    summary_.from_start = summary_.from_start || (file.from_start && summary_.ticks == 0);
+    if (sink_.file) {
+      sink_.file(file);
+    }
     summary_.vehicle_yaml = start.vehicle_yaml;
     summary_.with_map = start.with_map != 0;
     return true;
@@ -190,25 +212,21 @@ class JournalReader {
     if (!decode(data, tick_message_) || !from_message(tick_message_, tick_)) {
       return false;
     }
-    known_ = known_ || tick_.initial_pose.has_value();
     const auto set = tick_.match_set ? sets_.find(*tick_.match_set) : sets_.end();
-    if (!known_) {
-      ++summary_.left_out;
-    } else {
-      summary_.lost_match_sets += tick_.match_set && set == sets_.end() ? 1 : 0;
-      summary_.lost_ticks = tick_.lost_before;
-      ++summary_.ticks;
-      take_(tick_, set != sets_.end() ? &set->second : nullptr);
-    }
+    summary_.lost_match_sets += tick_.match_set && set == sets_.end() ? 1 : 0;
+    summary_.lost_ticks = tick_.lost_before;
+    ++summary_.ticks;
+    sink_.tick(tick_, set != sets_.end() ? &set->second : nullptr);
     if (set != sets_.end()) {
       sets_.erase(sets_.begin(), std::next(set));
     }
     return true;
   }
 
-  const std::function<void(const TickInput&, const estimation::MapMatchSet*)>& take_;
+  const JournalSink& sink_;
   JournalSummary summary_;
-  bool known_ = false;                                     // the state of the filter is
+  std::size_t files_ = 0;
+  bool gap_ = true;                                        // what was before is not known
   std::map<std::uint64_t, estimation::MapMatchSet> sets_;  // not yet taken in
   tick_t tick_message_;
   match_set_t set_message_;
@@ -217,21 +235,17 @@ class JournalReader {
 
 }  // namespace
 
-JournalSummary read_journal(
-    const fs::path& folder,
-    const std::function<void(const TickInput&, const estimation::MapMatchSet*)>& take) {
+JournalSummary read_journal(const fs::path& folder, const JournalSink& sink) {
   const std::vector<fs::path> files = journal_files(folder);
   if (files.empty()) {
     throw std::runtime_error(folder.string() + ": no journal (journal_*.lcm) in this folder");
   }
-  JournalReader reader(take);
+  JournalReader reader(sink);
   for (const fs::path& file : files) {
     reader.read(file);
   }
-  if (reader.summary().ticks == 0) {
-    throw std::runtime_error(folder.string() +
-                             ": the journal begins in the middle of a run, and no initial pose "
-                             "follows: nothing to start the filter from");
+  if (reader.files() == 0) {
+    throw std::runtime_error(folder.string() + ": no file of the journal can be read");
   }
   return reader.summary();
 }

@@ -86,6 +86,25 @@ bool from_message(const tick_t& message, TickInput& tick) {
   return true;
 }
 
+void set_pose(const std::optional<estimation::InitialPose>& pose, journal_start_t& message) {
+  const estimation::InitialPose written = pose.value_or(estimation::InitialPose{});
+  message.has_pose = static_cast<std::int8_t>(pose ? 1 : 0);
+  message.pose_ns = written.time_ns;
+  copy(written.T_world_imu.R, message.rotation);
+  copy(written.T_world_imu.p, message.position);
+}
+
+std::optional<estimation::InitialPose> pose_of(const journal_start_t& message) {
+  if (message.has_pose == 0) {
+    return std::nullopt;
+  }
+  estimation::InitialPose pose;
+  pose.time_ns = message.pose_ns;
+  copy(message.rotation, pose.T_world_imu.R);
+  copy(message.position, pose.T_world_imu.p);
+  return pose;
+}
+
 void to_message(const NumberedMatchSet& set, match_set_t& message) {
   message.number = static_cast<std::int64_t>(set.number);
   message.frame_time_ns = set.set.frame_time_ns;

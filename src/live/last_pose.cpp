@@ -10,6 +10,22 @@
 
 namespace topoloc::live {
 
+// A vehicle that is switched off loses its sensors one after the other before the process ends.
+// That is no movement, and the pose is what the next start needs. Without inertial data the filter
+// goes on with the last sample, so that its velocity says nothing.
+LastPoseVerdict judge_last_pose(const estimation::Estimate& estimate) {
+  constexpr double kStanding_mps = 0.3;
+  if (estimate.mode == estimation::Mode::kUninitialised ||
+      (estimate.reasons & estimation::reason::kNoImu) != 0U) {
+    return LastPoseVerdict::kLeave;
+  }
+  if (estimate.state.v_world_imu.norm() >= kStanding_mps) {
+    return LastPoseVerdict::kRemove;
+  }
+  return estimate.mode == estimation::Mode::kTracking ? LastPoseVerdict::kKeep
+                                                      : LastPoseVerdict::kLeave;
+}
+
 bool write_last_pose(const std::filesystem::path& file, const LastPose& pose) {
   std::filesystem::path beside = file;
   beside += ".tmp";

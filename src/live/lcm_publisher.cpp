@@ -106,20 +106,21 @@ void LcmPublisher::publish_status(bool stopping) {
   keep_last_pose();
 }
 
-// Only of a vehicle that stands and knows where it is: any other pose would be wrong by the time it
-// is started from.
 void LcmPublisher::keep_last_pose() {
   if (config_.last_pose == nullptr) {
     return;
   }
-  constexpr double kStanding_mps = 0.3;
   const estimation::Estimate& estimate = status_.newest.estimate;
-  if (estimate.mode == estimation::Mode::kTracking &&
-      estimate.state.v_world_imu.norm() < kStanding_mps) {
-    config_.last_pose->keep(
-        LastPose{estimate.time_ns + status_.newest.system_offset_ns, estimate.state.T_world_imu()});
-  } else if (has_pose(status_.newest)) {
-    config_.last_pose->keep(std::nullopt);
+  switch (judge_last_pose(estimate)) {
+    case LastPoseVerdict::kKeep:
+      config_.last_pose->keep(LastPose{estimate.time_ns + status_.newest.system_offset_ns,
+                                       estimate.state.T_world_imu()});
+      break;
+    case LastPoseVerdict::kRemove:
+      config_.last_pose->keep(std::nullopt);
+      break;
+    case LastPoseVerdict::kLeave:
+      break;
   }
 }
 

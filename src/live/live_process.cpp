@@ -4,7 +4,6 @@
 
 #include "topoloc/can/can_receiver.hpp"
 #include "topoloc/drive/drive.hpp"
-#include "topoloc/live/journal.hpp"
 #include "topoloc/live/last_pose.hpp"
 #include "topoloc/live/lcm_publisher.hpp"
 #include "topoloc/live/recorder.hpp"
@@ -41,6 +40,7 @@ class BusSource : public CanSource {
                   {.frames_per_call = kMaxFramesPerTick, .buffer_bytes = live.can_buffer_bytes}) {}
 
   std::span<const can::Frame> receive() noexcept override { return receiver_.receive(); }
+  void system_clock_set(std::int64_t by_ns) noexcept override { receiver_.system_clock_set(by_ns); }
   [[nodiscard]] can::CanCounters counters() const noexcept override { return receiver_.counters(); }
 
  private:
@@ -114,12 +114,14 @@ struct LiveProcess::Impl {
     if (!keeps_journal()) {
       return;
     }
-    journal.emplace(vehicle.live.journal, static_cast<std::size_t>(vehicle.live.journal_mb) << 20,
-                    JournalWriter::Origin{.version = options.version,
-                                          .vehicle_yaml = options.vehicle_yaml,
-                                          .with_map = options.map.has_value()});
     recorded_sets.emplace(kRecordedMatchSets);
-    recorder.emplace(*journal, *recorded_sets, ports.journal);
+    recorder.emplace(
+        Recorder::Config{.folder = vehicle.live.journal,
+                         .max_bytes = static_cast<std::size_t>(vehicle.live.journal_mb) << 20,
+                         .origin = {.version = options.version,
+                                    .vehicle_yaml = options.vehicle_yaml,
+                                    .with_map = options.map.has_value()}},
+        *recorded_sets, ports.journal);
   }
 
   void open_map() {
@@ -212,6 +214,11 @@ struct LiveProcess::Impl {
   }
 
   void start() {
+    // Not before: a process that does not come to run must not push out the journal of a crash. A
+    // flight recorder that is missing is no reason not to drive.
+    if (const std::string why = recorder ? recorder->open() : std::string{}; !why.empty()) {
+      warnings.push_back(why + "; nothing is recorded");
+    }
     // What the bus brought while models and map were read is old: a pose given as that of now must
     // not meet it.
     constexpr int kMostCalls = 1000;
@@ -278,7 +285,6 @@ struct LiveProcess::Impl {
   EstimatorThread estimator;
   lcm::LCM lcm_in;
   lcm::LCM lcm_out;
-  std::optional<JournalWriter> journal;
   std::optional<realtime::SpscRing<NumberedMatchSet>> recorded_sets;
   std::optional<Recorder> recorder;
   std::optional<map::MapFile> map;

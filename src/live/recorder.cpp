@@ -8,8 +8,21 @@
 
 namespace topoloc::live {
 
+std::string Recorder::open() {
+  try {
+    journal_.emplace(config_.folder, config_.max_bytes, config_.origin);
+    return {};
+  } catch (const std::exception& e) {  // the vehicle drives on without
+    failed_.store(true, std::memory_order_relaxed);
+    return e.what();
+  }
+}
+
 void Recorder::run(const std::atomic<bool>& stop) {
   constexpr auto kPause = std::chrono::milliseconds(20);
+  if (!journal_) {
+    return;
+  }
   try {
     while (true) {
       const bool stopping = stop.load(std::memory_order_acquire);
@@ -19,19 +32,19 @@ void Recorder::run(const std::atomic<bool>& stop) {
       }
       std::this_thread::sleep_for(kPause);
     }
-    journal_.close();
-  } catch (const std::exception&) {  // the vehicle drives on without
+    journal_->close();
+  } catch (const std::exception&) {  // likewise
     failed_.store(true, std::memory_order_relaxed);
   }
 }
 
 void Recorder::write_all() {
-  while (const TickInput* tick = ticks_.read_slot()) {
+  while (const RecordedTick* tick = ticks_.read_slot()) {
     // The set that a tick names was recorded before the estimator had it.
-    if (tick->match_set) {
+    if (tick->input.match_set) {
       write_match_sets();
     }
-    journal_.add(*tick);
+    journal_->add(tick->input, tick->pose);
     ticks_.commit_read();
   }
   write_match_sets();
@@ -39,7 +52,7 @@ void Recorder::write_all() {
 
 void Recorder::write_match_sets() {
   while (const NumberedMatchSet* set = match_sets_.read_slot()) {
-    journal_.add(*set);
+    journal_->add(*set);
     match_sets_.commit_read();
   }
 }

@@ -98,7 +98,7 @@ void fill_status(const ProcessStatus& status, status_t& message) {
                                 -status.receiver.timing.drift_ppm);
   }
   if (status.publisher.journal_failed > 0) {
-    message.text += "; the journal could not be written and has ended";
+    message.text += "; the journal cannot be written, nothing is recorded";
   }
 
   CounterList list(message);

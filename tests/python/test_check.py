@@ -166,3 +166,10 @@ def test_can_buffers_and_interfaces_that_are_down_are_told(vehicle: Path) -> Non
     small, down = (line for line in lines if line.startswith("warning"))
     assert f"net.core.rmem_max={huge}" in small
     assert "ip link set vcan0 up" in down
+
+
+def test_a_stop_while_the_disk_hangs_is_no_reason_to_restart() -> None:
+    codes = run(BIN / "topoloc-localise", "--help").stdout
+    assert re.search(r"3 stopped while the\s+disk did not answer", codes)
+    unit = (ROOT / "deploy/topoloc-localise.service.in").read_text().splitlines()
+    assert "RestartPreventExitStatus=3" in unit

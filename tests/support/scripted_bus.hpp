@@ -63,6 +63,7 @@ class ScriptedBus : public CanSource {
     counters_.frames += next_ - begin;
     return std::span(frames_).subspan(begin, next_ - begin);
   }
+  void system_clock_set(std::int64_t /*by_ns*/) noexcept override {}  // its stamps are HostClock's
   [[nodiscard]] can::CanCounters counters() const noexcept override { return counters_; }
 
  private:

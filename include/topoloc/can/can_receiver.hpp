@@ -61,6 +61,10 @@ class CanReceiver {
   /// before may stay for the next one, so that the order holds.
   std::span<const Frame> receive() noexcept;
 
+  /// The system clock was set, by so much ahead: time stamps of controllers follow. To be called
+  /// before the next receive().
+  void system_clock_set(std::int64_t by_ns) noexcept;
+
   [[nodiscard]] std::size_t interface_count() const;
   [[nodiscard]] const std::string& device(std::size_t index) const;
   [[nodiscard]] CanState state(std::size_t index) const;

@@ -15,6 +15,10 @@ class HardwareClock {
   /// `software_ns`: the kernel's stamp of the same frame, Unix time. Never later than that.
   std::int64_t unix_ns(std::int64_t hardware_ns, std::int64_t software_ns) noexcept;
 
+  /// The system clock was set, by so much ahead. What goes back is seen without; a small step ahead
+  /// looks like a delay. Frames that the kernel stamped before that may still come.
+  void system_clock_set(std::int64_t by_ns) noexcept;
+
   static constexpr double kMaxDrift = 200e-6;  ///< relative; crystals are better than 100e-6
   /// A greater difference between both is no delay: one of the clocks was set.
   static constexpr std::int64_t kMaxDelay_ns = 50'000'000;
@@ -23,6 +27,7 @@ class HardwareClock {
   bool running_ = false;
   std::int64_t offset_ns_ = 0;  ///< Unix time less hardware time
   std::int64_t last_hardware_ns_ = 0;
+  std::int64_t step_ns_ = 0;  ///< ahead, of which no frame has been seen yet
 };
 
 }  // namespace topoloc::can

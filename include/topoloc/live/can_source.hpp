@@ -5,6 +5,7 @@
 #include "topoloc/can/can_counters.hpp"
 #include "topoloc/can/frame.hpp"
 
+#include <cstdint>
 #include <span>
 
 namespace topoloc::live {
@@ -18,6 +19,8 @@ class CanSource {
   /// stays for the next call, until which the span is valid. Called by the estimator thread: does
   /// not block, allocate, lock or throw.
   virtual std::span<const can::Frame> receive() noexcept = 0;
+  /// The system clock was set, by so much ahead. In the estimator thread, before receive().
+  virtual void system_clock_set(std::int64_t by_ns) noexcept = 0;
   [[nodiscard]] virtual can::CanCounters counters() const noexcept = 0;
 };
 

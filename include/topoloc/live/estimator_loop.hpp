@@ -39,7 +39,7 @@ struct EstimatorPorts {
   realtime::SpscRing<FramePrediction> predictions{8};  ///< to the matcher: the answers
   realtime::SpscRing<NumberedMatchSet> match_sets{4};  ///< from the matcher
   realtime::SpscRing<TickOutput> outputs{kTicks};      ///< to the publisher
-  realtime::SpscRing<TickInput> journal{kTicks};       ///< to the recorder
+  realtime::SpscRing<RecordedTick> journal{kTicks};    ///< to the recorder
 };
 
 /// What the estimator thread could not hand on, because the reader was too slow.
@@ -88,6 +88,7 @@ class EstimatorLoop {
   void take_can();
   void take_pose();
   void answer();
+  void record(const TickOutput& output);
 
   bool keeps_journal_;
   HostClock clock_;

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 /// The flight recorder: what every tick took in, in LCM event logs (lcmtypes/topoloc_tick_t.lcm).
@@ -35,7 +36,8 @@ class JournalWriter {
   /// A match set has to be there before the tick that names it. Throw std::runtime_error where the
   /// disk is full or gone.
   void add(const NumberedMatchSet& set);
-  void add(const TickInput& tick);
+  /// `after`: where the vehicle was after the tick, if the filter knew. Each file begins with it.
+  void add(const TickInput& tick, const std::optional<estimation::InitialPose>& after = {});
   void close();
 
  private:
@@ -43,33 +45,42 @@ class JournalWriter {
   std::unique_ptr<Impl> impl_;
 };
 
+/// How a file of a journal begins.
+struct JournalFileStart {
+  bool from_start = false;  ///< of the process: nothing was before
+  bool after_gap = false;   ///< the file before is gone or could not be read
+  /// Where the vehicle was then, if the filter knew.
+  std::optional<estimation::InitialPose> pose;
+};
+
 /// What a journal turned out to hold.
 struct JournalSummary {
   std::uint64_t ticks = 0;
-  /// Ticks at the beginning that were left out: the journal begins in the middle of a run (older
-  /// files are gone), and what the filter knew then is not in it. It is replayed from the first
-  /// initial pose on.
-  std::uint64_t left_out = 0;
   std::uint64_t lost_ticks = 0;       ///< the recorder was too slow for them
   std::uint64_t lost_match_sets = 0;  ///< named by a tick, not found
-  std::uint64_t unreadable = 0;       ///< messages, and places where the files are damaged
+  std::uint64_t unreadable = 0;       ///< messages, damaged places, files that are none
+  bool from_start = false;            ///< the first tick is that of the process
   std::string vehicle_yaml;           ///< text of the configuration it was recorded with
   bool with_map = true;               ///< whether the run had one
 
-  /// An estimator of the same configuration gives what the live one gave, bit for bit.
-  [[nodiscard]] bool is_exact() const {
-    return left_out + lost_ticks + lost_match_sets + unreadable == 0;
+  /// All is there: an estimator of the same configuration gives what the live one gave.
+  [[nodiscard]] bool is_whole() const {
+    return from_start && lost_ticks + lost_match_sets + unreadable == 0;
   }
+};
+
+/// Takes what is in a journal, in its order.
+struct JournalSink {
+  std::function<void(const JournalFileStart&)> file;
+  /// With the match set that the tick names, or null.
+  std::function<void(const TickInput&, const estimation::MapMatchSet*)> tick;
 };
 
 /// The files of a journal in the order of their numbers; none where there is no folder.
 std::vector<std::filesystem::path> journal_files(const std::filesystem::path& folder);
 
-/// Feeds the ticks of a journal, in their order, to `take` (with the match set that the tick names,
-/// or null). Throws std::runtime_error that names the folder if there is no journal or nothing in
-/// it can be replayed.
-JournalSummary read_journal(
-    const std::filesystem::path& folder,
-    const std::function<void(const TickInput&, const estimation::MapMatchSet*)>& take);
+/// Throws std::runtime_error that names the folder if there is no journal, or no file of it can be
+/// read.
+JournalSummary read_journal(const std::filesystem::path& folder, const JournalSink& sink);
 
 }  // namespace topoloc::live

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #pragma once
 
+#include "topoloc/estimation/estimator.hpp"
 #include "topoloc/geometry/rigid_transform.hpp"
 #include "topoloc/realtime/mailbox.hpp"
 
@@ -18,6 +19,14 @@ struct LastPose {
   std::int64_t time_ns = 0;  ///< Unix
   RigidTransform T_world_imu;
 };
+
+/// What an estimate means for the pose that is kept.
+enum class LastPoseVerdict : std::uint8_t {
+  kKeep,    ///< the vehicle stands and knows where: keep this pose
+  kRemove,  ///< it moves: the pose kept is wrong by the time it would be started from
+  kLeave,   ///< neither is known
+};
+LastPoseVerdict judge_last_pose(const estimation::Estimate& estimate);
 
 /// Writes a TUM file of one pose, whole or not at all. Returns whether it could.
 bool write_last_pose(const std::filesystem::path& file, const LastPose& pose);

@@ -34,7 +34,7 @@ class LiveProcess {
   LiveProcess(const LiveProcess&) = delete;
   LiveProcess& operator=(const LiveProcess&) = delete;
 
-  /// What the system denies and the process runs without: one line each, with what to do.
+  /// What the system denies and the process runs without: one line each. start() may add some.
   [[nodiscard]] const std::vector<std::string>& warnings() const;
 
   void start();

@@ -34,6 +34,13 @@ struct TickInput {
   std::array<estimation::SpeedSample, kMaxFramesPerTick> speed{};
 };
 
+/// A tick for the journal.
+struct RecordedTick {
+  TickInput input;
+  /// Where the vehicle was after it, where the filter knew: to start from in the middle of a run.
+  std::optional<estimation::InitialPose> pose;
+};
+
 /// What came out of it.
 struct TickOutput {
   std::uint64_t tick = 0;

@@ -51,6 +51,43 @@ TEST(HardwareClock, FollowsWhenTheSystemsClockIsSet) {
   EXPECT_EQ(clock.unix_ns(3000, kUnix_ns - hour_ns), kUnix_ns - hour_ns);
 }
 
+class SteppedAhead : public ::testing::TestWithParam<std::int64_t> {};
+
+// So small that it could be a delay.
+TEST_P(SteppedAhead, FollowsAtOnceWhenItIsTold) {
+  const std::int64_t step_ns = GetParam();
+  HardwareClock clock;
+  std::mt19937 random(3);
+  std::uniform_int_distribution<std::int64_t> delay_ns(0, 200'000);
+  std::int64_t set_ns = 0;
+  std::int64_t worst_ns = 0;
+  for (int i = 0; i < 2000; ++i) {
+    if (i == 1000) {
+      clock.system_clock_set(step_ns);
+    }
+    if (i == 1003) {  // before it the kernel had stamped some frames more
+      set_ns = step_ns;
+    }
+    const std::int64_t hardware_ns = i * 5 * kTick_ns;
+    const std::int64_t true_ns = kUnix_ns + hardware_ns + set_ns;
+    const std::int64_t time_ns = clock.unix_ns(hardware_ns, true_ns + delay_ns(random));
+    worst_ns = std::max(worst_ns, std::abs(time_ns - true_ns));
+  }
+  EXPECT_LE(worst_ns, 200'000);
+}
+
+INSTANTIATE_TEST_SUITE_P(HardwareClock, SteppedAhead,
+                         ::testing::Values(2 * kTick_ns, 30 * kTick_ns, 49 * kTick_ns));
+
+TEST(HardwareClock, ForgetsAStepThatWasTakenBack) {
+  HardwareClock clock;
+  EXPECT_EQ(clock.unix_ns(0, kUnix_ns), kUnix_ns);
+  clock.system_clock_set(30 * kTick_ns);
+  clock.system_clock_set(-30 * kTick_ns);
+  const std::int64_t delayed_ns = kUnix_ns + 40 * kTick_ns;
+  EXPECT_LT(clock.unix_ns(5 * kTick_ns, delayed_ns), kUnix_ns + 6 * kTick_ns);
+}
+
 TEST(HardwareClock, FollowsWhenTheControllerStartsAnew) {
   HardwareClock clock;
   clock.unix_ns(5'000 * kTick_ns, kUnix_ns);

@@ -234,6 +234,13 @@ TEST_F(ConfigTest, DefaultThatDoesNotGoWithAnotherKeyIsNamed) {
                         "found none, and the default is 50"));
 }
 
+TEST_F(ConfigTest, AnEmptyNameTurnsAnLcmChannelOff) {
+  write("vehicle.yaml", kVehicle + "live: {lcm: {channels: {estimate: \"\"}}}\n");
+  const LcmChannels channels = load().live.channels;
+  EXPECT_EQ(channels.estimate, "");
+  EXPECT_EQ(channels.pose, LcmChannels{}.pose);
+}
+
 TEST_F(ConfigTest, WhatTheReaderTakesTheMatcherTakes) {
   write("vehicle.yaml", std::string(kVehicle) +
                             "matching: {width_px: 2048, threads: 64, min_matches: 4, focal_px: 10,"

@@ -23,6 +23,7 @@ class ManualBus : public CanSource {
     frames_.clear();
     return given_;
   }
+  void system_clock_set(std::int64_t /*by_ns*/) noexcept override {}
   [[nodiscard]] can::CanCounters counters() const noexcept override { return {}; }
 
  private:
@@ -164,16 +165,29 @@ TEST_F(EstimatorLoopTest, TakesOneMatchSetATickAndNamesItInTheJournal) {
     slot->set.frame_time_ns = newest_ns() - 1000 * static_cast<std::int64_t>(3 - number);
     ports_.match_sets.commit_write();
   }
-  TickInput input;
-  while (ports_.journal.try_pop(input)) {
-    EXPECT_FALSE(input.match_set);
+  RecordedTick recorded;
+  while (ports_.journal.try_pop(recorded)) {
+    EXPECT_FALSE(recorded.input.match_set);
   }
   for (std::uint64_t number = 0; number < 3; ++number) {
     tick(1);
-    ASSERT_TRUE(ports_.journal.try_pop(input));
-    EXPECT_EQ(input.match_set, number);
+    ASSERT_TRUE(ports_.journal.try_pop(recorded));
+    EXPECT_EQ(recorded.input.match_set, number);
   }
   EXPECT_EQ(tick(1).estimate.counters.map_rejected(), 3U);  // without a match in them
+}
+
+TEST_F(EstimatorLoopTest, TellsTheJournalWhereTheVehicleWas) {
+  RecordedTick recorded;
+  tick(10);
+  ASSERT_TRUE(ports_.journal.try_pop(recorded));
+  EXPECT_FALSE(recorded.pose);
+  ASSERT_TRUE(ports_.poses.try_push({std::nullopt, at(100.0)}));
+  const estimation::Estimate& estimate = tick(1).estimate;
+  ASSERT_TRUE(ports_.journal.try_pop(recorded));
+  ASSERT_TRUE(recorded.pose);
+  EXPECT_EQ(recorded.pose->time_ns, estimate.time_ns);
+  EXPECT_EQ(recorded.pose->T_world_imu.p, estimate.state.p_world_imu);
 }
 
 TEST_F(EstimatorLoopTest, CountsWhatSlowReadersDoNotTake) {
@@ -191,10 +205,10 @@ TEST_F(EstimatorLoopTest, ItsInputsMakeTheSameEstimatesBitForBit) {
     published.push_back(to_estimate(tick(i % 3 == 0 ? 2 : 1)));
   }
   TickRunner again(car_.vehicle.estimator);
-  TickInput input;
+  RecordedTick recorded;
   for (const estimate_t& expected : published) {
-    ASSERT_TRUE(ports_.journal.try_pop(input));
-    const estimate_t found = to_estimate(again.run(input, nullptr));
+    ASSERT_TRUE(ports_.journal.try_pop(recorded));
+    const estimate_t found = to_estimate(again.run(recorded.input, nullptr));
     std::vector<char> a(static_cast<std::size_t>(found.getEncodedSize()));
     std::vector<char> b(a.size());
     found.encode(a.data(), 0, static_cast<int>(a.size()));

@@ -130,9 +130,10 @@ struct ReadTick {
 };
 
 JournalSummary read_all(const std::filesystem::path& folder, std::vector<ReadTick>& ticks) {
-  return read_journal(folder, [&](const TickInput& tick, const estimation::MapMatchSet* set) {
-    ticks.push_back({tick, set != nullptr ? std::optional(*set) : std::nullopt});
-  });
+  return read_journal(
+      folder, {.file = {}, .tick = [&](const TickInput& tick, const estimation::MapMatchSet* set) {
+                 ticks.push_back({tick, set != nullptr ? std::optional(*set) : std::nullopt});
+               }});
 }
 
 TEST(Journal, ReadsWhatWasWrittenBitForBit) {
@@ -154,7 +155,7 @@ TEST(Journal, ReadsWhatWasWrittenBitForBit) {
   }
   std::vector<ReadTick> read;
   const JournalSummary summary = read_all(folder / "flight", read);
-  EXPECT_TRUE(summary.is_exact());
+  EXPECT_TRUE(summary.is_whole());
   EXPECT_EQ(summary.vehicle_yaml, "format: 1\n");
   ASSERT_EQ(read.size(), ticks.size());
   for (std::size_t i = 0; i < ticks.size(); ++i) {
@@ -171,11 +172,7 @@ TEST(Journal, StaysWithinItsSizeAndSaysWhatIsMissing) {
   {
     JournalWriter journal(folder / "flight", kBytes, {"1.2", ""});
     for (std::uint64_t i = 0; i < 4000; ++i) {
-      TickInput tick = made_up_tick(random, i);
-      if (i == 3500) {
-        tick.initial_pose.emplace();
-      }
-      journal.add(tick);
+      journal.add(made_up_tick(random, i));
     }
     journal.close();
   }
@@ -187,10 +184,10 @@ TEST(Journal, StaysWithinItsSizeAndSaysWhatIsMissing) {
   EXPECT_GE(bytes, kBytes / 2);
   std::vector<ReadTick> read;
   const JournalSummary summary = read_all(folder / "flight", read);
-  EXPECT_FALSE(summary.is_exact());
-  EXPECT_GT(summary.left_out, 0U);
-  EXPECT_EQ(read.front().tick.tick, 3500U);
-  EXPECT_EQ(summary.ticks, 500U);
+  EXPECT_FALSE(summary.from_start);
+  EXPECT_GT(read.front().tick.tick, 0U);
+  EXPECT_EQ(read.back().tick.tick, 3999U);
+  EXPECT_EQ(summary.ticks, 4000U - read.front().tick.tick);
 }
 
 TEST(Journal, IsReadUpToWhereThePowerFailed) {
@@ -209,7 +206,43 @@ TEST(Journal, IsReadUpToWhereThePowerFailed) {
   const JournalSummary summary = read_all(folder / "flight", read);
   EXPECT_EQ(summary.ticks, 19U);
   EXPECT_EQ(summary.unreadable, 1U);
-  EXPECT_FALSE(summary.is_exact());
+  EXPECT_FALSE(summary.is_whole());
+}
+
+/// Small files: some hundred ticks make several.
+void write_ticks(const std::filesystem::path& folder, std::uint64_t count) {
+  Random random;
+  JournalWriter journal(folder, 8 * 10'000, {"1.2", "format: 1\n"});
+  for (std::uint64_t i = 0; i < count; ++i) {
+    journal.add(made_up_tick(random, i));
+  }
+  journal.close();
+}
+
+TEST(Journal, IsReadAlthoughAFileHasNothingInIt) {
+  const TemporaryFolder folder;
+  write_ticks(folder / "flight", 200);
+  const std::vector<std::filesystem::path> files = journal_files(folder / "flight");
+  ASSERT_GE(files.size(), 5U);
+  std::filesystem::resize_file(files.back(), 0);
+  std::filesystem::resize_file(files[2], 20);  // in its first event
+  std::vector<ReadTick> read;
+  const JournalSummary summary = read_all(folder / "flight", read);
+  EXPECT_EQ(summary.unreadable, 2U);
+  EXPECT_FALSE(summary.is_whole());
+  EXPECT_GT(summary.ticks, 50U);
+  EXPECT_EQ(summary.vehicle_yaml, "format: 1\n");
+}
+
+TEST(Journal, OfWhichNoFileCanBeReadIsRefused) {
+  const TemporaryFolder folder;
+  write_ticks(folder / "flight", 100);
+  for (const auto& file : journal_files(folder / "flight")) {
+    std::filesystem::resize_file(file, 0);
+  }
+  std::vector<ReadTick> read;
+  EXPECT_THAT([&] { read_all(folder / "flight", read); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("flight: no file of the journal")));
 }
 
 TEST(Journal, TellsTicksAndMatchSetsThatWereLost) {

@@ -18,6 +18,39 @@ LastPose last_pose_at(double x_m) {
   return {1'000'000'000, {Eigen::Matrix3d::Identity(), {x_m, 0.0, 0.0}}};
 }
 
+estimation::Estimate estimate(estimation::Mode mode, double speed_mps, std::uint32_t reasons) {
+  estimation::Estimate estimate;
+  estimate.mode = mode;
+  estimate.reasons = reasons;
+  estimate.state.v_world_imu = {0.0, speed_mps, 0.0};
+  return estimate;
+}
+
+TEST(JudgeLastPose, KeepsThatOfAVehicleThatTracksAndStands) {
+  EXPECT_EQ(judge_last_pose(estimate(estimation::Mode::kTracking, 0.1, 0)), LastPoseVerdict::kKeep);
+}
+
+TEST(JudgeLastPose, RemovesItWhenTheVehicleMoves) {
+  using estimation::Mode;
+  for (const Mode mode : {Mode::kTracking, Mode::kDeadReckoning, Mode::kLost}) {
+    EXPECT_EQ(judge_last_pose(estimate(mode, 0.5, 0)), LastPoseVerdict::kRemove);
+  }
+}
+
+TEST(JudgeLastPose, LeavesItWhenSensorsAreSwitchedOffAndNothingMoves) {
+  using estimation::Mode;
+  namespace reason = estimation::reason;
+  EXPECT_EQ(judge_last_pose(estimate(Mode::kDeadReckoning, 0.0, reason::kNoMapFix)),
+            LastPoseVerdict::kLeave);
+  // Predicted from the last sample, with its bias and noise: no movement that was measured.
+  EXPECT_EQ(judge_last_pose(estimate(Mode::kDeadReckoning, 2.0, reason::kNoImu)),
+            LastPoseVerdict::kLeave);
+  EXPECT_EQ(judge_last_pose(estimate(Mode::kLost, 9.0, reason::kNoImu | reason::kUncertain)),
+            LastPoseVerdict::kLeave);
+  EXPECT_EQ(judge_last_pose(estimate(Mode::kUninitialised, 0.0, reason::kNoPose)),
+            LastPoseVerdict::kLeave);
+}
+
 class LastPoseKeeperTest : public ::testing::Test {
  protected:
   void run_to_the_end(LastPoseKeeper& keeper) { keeper.run(stopped_); }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/live/estimator_thread.hpp"
+#include "topoloc/live/journal_replay.hpp"
 #include "topoloc/live/lcm_publisher.hpp"
 #include "topoloc/live/lcm_receiver.hpp"
 #include "topoloc/live/match_worker.hpp"
@@ -63,6 +64,7 @@ class LiveThreads : public ::testing::Test {
 
   /// So long, and until `done`, as far as that comes within 12 s.
   void run(std::chrono::milliseconds duration, const std::function<bool()>& done) {
+    EXPECT_EQ(recorder_.open(), "");
     std::jthread publish([&] { publisher_.run(stop_); });
     std::jthread record([&] { recorder_.run(stop_); });
     std::jthread match(
@@ -115,9 +117,10 @@ class LiveThreads : public ::testing::Test {
        .thread = {.name = "estimator", .fifo_priority = 0, .cpus = {}, .stack_bytes = 1 << 18},
        .wake_fd = wake_.fd()},
       loop_};
-  JournalWriter journal_{car_.temporary / "flight", 1 << 24, {"test", ""}};
   realtime::SpscRing<NumberedMatchSet> recorded_{16};
-  Recorder recorder_{journal_, recorded_, ports_.journal};
+  Recorder recorder_{{.folder = car_.temporary / "flight", .max_bytes = 1 << 24, .origin = {}},
+                     recorded_,
+                     ports_.journal};
   std::atomic<int> matched_{0};
   realtime::TripleBuffer<MatcherStatus> matcher_status_;
   MatchWorker matcher_{
@@ -194,15 +197,14 @@ TEST_F(LiveThreads, PublishEveryTickAndRecordWhatMadeIt) {
   EXPECT_EQ(counts["signals.imu_samples"], sum(counts, "imu."));
   EXPECT_EQ(counts["signals.speed_samples"], sum(counts, "speed."));
 
-  TickRunner again(car_.vehicle.estimator);
   std::size_t i = 0;
-  const JournalSummary summary = read_journal(
-      car_.temporary / "flight", [&](const TickInput& tick, const estimation::MapMatchSet* set) {
-        const TickOutput& output = again.run(tick, set);
-        ASSERT_LT(i, heard_.estimates.size());
-        EXPECT_EQ(heard_.estimates[i].position[0], output.estimate.state.p_world_imu.x());
-        ++i;
-      });
+  const ReplaySummary summary = replay_journal(car_.temporary / "flight", car_.vehicle.estimator,
+                                               std::nullopt, [&](const TickOutput& output) {
+                                                 ASSERT_LT(i, heard_.estimates.size());
+                                                 EXPECT_EQ(heard_.estimates[i].position[0],
+                                                           output.estimate.state.p_world_imu.x());
+                                                 ++i;
+                                               });
   EXPECT_TRUE(summary.is_exact());
   EXPECT_EQ(i, heard_.estimates.size());
 }
