@@ -21,17 +21,17 @@ using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
 constexpr std::int64_t kBegin_ns = 1'700'000'000'000'000'000;
-constexpr std::int64_t kPeriod_ns = 5'000'000;
+constexpr std::int64_t kTick_ns = 5'000'000;
 constexpr double kSpeed_mps = 10.0;
 constexpr std::uint64_t kTicks = 2000;
 
-RigidTransform at(double x_m) { return {Eigen::Matrix3d::Identity(), {x_m, 0.0, 0.0}}; }
+RigidTransform pose_at(double x_m) { return {Eigen::Matrix3d::Identity(), {x_m, 0.0, 0.0}}; }
 
 /// Of a car that drives along x.
 TickInput tick_of(std::uint64_t number) {
   TickInput tick;
   tick.tick = number;
-  tick.now_ns = kBegin_ns + static_cast<std::int64_t>(number) * kPeriod_ns;
+  tick.now_ns = kBegin_ns + static_cast<std::int64_t>(number) * kTick_ns;
   if (number % 2 == 0) {
     tick.imu_count = 1;
     tick.imu[0] = {tick.now_ns, {0.0, 0.0, 9.81}, Eigen::Vector3d::Zero()};
@@ -43,7 +43,7 @@ TickInput tick_of(std::uint64_t number) {
 
 /// Where it is, starting from zero with tick 10.
 double x_at(std::int64_t time_ns) {
-  return kSpeed_mps * 1e-9 * static_cast<double>(time_ns - kBegin_ns - 10 * kPeriod_ns);
+  return kSpeed_mps * 1e-9 * static_cast<double>(time_ns - kBegin_ns - 10 * kTick_ns);
 }
 
 class JournalReplay : public ::testing::Test {
@@ -69,7 +69,7 @@ class JournalReplay : public ::testing::Test {
   void record_run() {
     record(true, [](TickInput& tick) {
       if (tick.tick == 10) {
-        tick.initial_pose = {tick.now_ns, at(0.0)};
+        tick.initial_pose = {tick.now_ns, pose_at(0.0)};
       }
     });
   }
@@ -114,7 +114,7 @@ TEST_F(JournalReplay, InTheMiddleOfARunStartsFromThePoseThatTheFileBeginsWith) {
 TEST_F(JournalReplay, StartsFromAPoseThatIsGiven) {
   record_run();
   remove_first_file();
-  const ReplaySummary summary = replay(at(500.0));
+  const ReplaySummary summary = replay(pose_at(500.0));
   EXPECT_FALSE(summary.is_exact());
   EXPECT_EQ(summary.started, 1U);
   EXPECT_NEAR(replayed_.front().estimate.state.p_world_imu.x(), 500.0, 0.5);
@@ -137,7 +137,7 @@ TEST_F(JournalReplay, LeavesOutWhatWasBeforeAPoseThatTheFilterTook) {
     if (tick.tick == 1000) {
       tick.initial_pose = {tick.now_ns, {2.0 * Eigen::Matrix3d::Identity(), {0.0, 0.0, 0.0}}};
     } else if (tick.tick == 1200) {
-      tick.initial_pose = {tick.now_ns, at(7.0)};
+      tick.initial_pose = {tick.now_ns, pose_at(7.0)};
     }
   });
   remove_first_file();
@@ -152,7 +152,7 @@ TEST_F(JournalReplay, WithoutAPoseIsRefusedAndSaysWhatToDo) {
   record(false, [](TickInput&) {});
   remove_first_file();
   EXPECT_THAT([&] { replay(); }, ThrowsMessage<std::runtime_error>(HasSubstr("--initial-pose")));
-  EXPECT_GT(replay(at(1.0)).ticks, 1000U);
+  EXPECT_GT(replay(pose_at(1.0)).ticks, 1000U);
 }
 
 }  // namespace
