@@ -12,10 +12,10 @@ namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json list(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+ordered_json axes_of(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 ordered_json to_json(const RigidTransform& T) {
-  return {{"translation_m", list(T.p)}, {"rpy_rad", list(so3::roll_pitch_yaw(T.R))}};
+  return {{"translation_m", axes_of(T.p)}, {"rpy_rad", axes_of(so3::roll_pitch_yaw(T.R))}};
 }
 
 ordered_json to_json(const PoseError::Spec& spec) {
