@@ -89,7 +89,8 @@ class Book:
         return self.folder / "steps" / f"{name}.log"
 
     def recall(self, step: Step, key: str) -> Outcome | None:
-        """The outcome of an earlier run, if it was for the same key and its products are there."""
+        """The outcome of an earlier run for the same key; a success only if its products are still
+        there."""
         try:
             data = json.loads(self.file(step.name).read_text())
             data["command"] = tuple(data["command"])
