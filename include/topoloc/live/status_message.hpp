@@ -13,9 +13,9 @@ namespace topoloc::live {
 
 /// What the publisher itself has done.
 struct PublisherStatus {
-  std::uint64_t published = 0;       ///< estimates
-  std::uint64_t publish_failed = 0;  ///< messages that LCM did not take
-  std::uint64_t journal_failed = 0;  ///< 1: nothing is recorded: no folder, disk full or gone
+  std::uint64_t published = 0;         ///< estimates
+  std::uint64_t publish_failed = 0;    ///< messages that LCM did not take
+  std::uint64_t journal_failed = 0;    ///< 1: nothing is recorded: no folder, disk full or gone
   std::uint64_t last_pose_failed = 0;  ///< times that the last pose could not be written
   realtime::LatencyHistogram latency;  ///< from the start of a tick to its message's being sent
 };
