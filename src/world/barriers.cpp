@@ -50,8 +50,7 @@ void add_noise_barrier(Maker& maker, double begin_m, double end_m, bool right, R
   const double height_m = random.uniform(2.6, 4.5);
   const bool wooden = random.chance(0.4);
   const auto tone = static_cast<float>(random.uniform(0.22, 0.45));
-  const std::uint32_t posts =
-      builder.surface(Material::kConcrete, static_cast<std::uint32_t>(random.next()), {2.0F, 0.4F});
+  const std::uint32_t posts = builder.surface(Material::kConcrete, random, {2.0F, 0.4F});
   for (const double s : steps(begin_m, end_m - kBay_m + 1e-9, kBay_m)) {
     const auto at = [&](double along) {
       const double out = kBarrierOut_m;
@@ -61,9 +60,8 @@ void add_noise_barrier(Maker& maker, double begin_m, double end_m, bool right, R
     // A bay has its own weather, here and there its own colour or somebody's paint.
     const float here = random.chance(0.12) ? tone * 1.3F : tone;
     const std::uint32_t panel =
-        wooden ? builder.surface(Material::kFence, static_cast<std::uint32_t>(random.next()),
-                                 {1.0F, here})
-               : builder.surface(Material::kFacade, static_cast<std::uint32_t>(random.next()),
+        wooden ? builder.surface(Material::kFence, random, {1.0F, here})
+               : builder.surface(Material::kFacade, random,
                                  {random.chance(0.7) ? 2.0F : 3.0F, here, 4.0F});
     const Point a = at(s);
     const Point b = at(s + kBay_m);

@@ -67,25 +67,23 @@ void add_row_things(Maker& maker, const Section& section, bool right) {
         tree_step_m = random.uniform(9.0, 16.0);
       }
       if (avenue) {
-        const auto& trees = maker.prototypes.trees;
-        maker.put(trees[static_cast<std::size_t>(random.below(4))],
-                  upright_at(maker.world.route.point(s, kerb + sign * 0.25, profile.kerb_m),
-                             random.uniform(0.0, 6.28)),
-                  random.next(), random.uniform(0.75, 1.0));
+        const std::span<const std::uint32_t> leafy(maker.prototypes.trees.data(), 4);
+        maker.put_any(leafy, maker.world.route.point(s, kerb + sign * 0.25, profile.kerb_m), random,
+                      0.75, 1.0);
         for (int i = 0; i < 3; ++i) {
           const double at = s + random.uniform(-4.0, 4.0);
           const double left = sign * (profile.edge(right) - random.uniform(0.15, 0.6));
           maker.put(maker.prototypes.litter,
-                    maker.upright(at, left, maker.world.bump_m(at, left) + 0.015), random.next(),
-                    random.uniform(0.7, 1.3));
+                    maker.upright(at, left, maker.world.bump_m(at, left) + 0.015), random, 0.7,
+                    1.3);
         }
       }
     } else if (s > next_sign) {
       next_sign = s + random.uniform(16.0, 42.0);
       builder.set_frame(facing(maker, s, kerb, profile.kerb_m, right));
       const auto shape = static_cast<SignShape>(random.below(3));
-      add_sign_post(builder, random, random.uniform(2.55, 2.9),
-                    shape == SignShape::kBoard ? random.uniform(0.6, 1.0) : 0.65, shape);
+      const double size_m = shape == SignShape::kBoard ? random.uniform(0.6, 1.0) : 0.65;
+      add_sign_post(builder, random, random.uniform(2.55, 2.9), size_m, shape);
     } else if (s > next_thing) {
       next_thing = s + random.uniform(4.0, 15.0);
       const double wall = sign * (profile.edge(right) + profile.footway_m - 0.4);
@@ -96,14 +94,14 @@ void add_row_things(Maker& maker, const Section& section, bool right) {
           for (int i = 0; i < 1 + random.below(3); ++i) {
             RigidTransform T = at_wall;
             T.p = at_wall * Point(0.72 * i, 0.0, 0.0);
-            maker.put(maker.prototypes.bin, T, random.next(), random.uniform(0.9, 1.1));
+            maker.put(maker.prototypes.bin, T, random, 0.9, 1.1);
           }
           break;
         case 1:
           maker.put(maker.prototypes.bench, at_wall, random.next());
           break;
         case 2:
-          maker.put(maker.prototypes.cabinet, at_wall, random.next(), random.uniform(0.8, 1.1));
+          maker.put(maker.prototypes.cabinet, at_wall, random, 0.8, 1.1);
           break;
         case 3:
           maker.put(maker.prototypes.bicycle_stand, at_kerb, random.next());

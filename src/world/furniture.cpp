@@ -33,12 +33,14 @@ void make_plants(Maker& maker, Random& random) {
   }
   for (int i = 0; i < 4; ++i) {
     MeshBuilder builder = maker.prototype(index);
-    add_bush(builder, random, random.uniform(0.6, 1.3), random.uniform(0.9, 2.0), 380);
+    const double height_m = random.uniform(0.9, 2.0);
+    add_bush(builder, random, random.uniform(0.6, 1.3), height_m, 380);
     maker.prototypes.bushes.push_back(index);
   }
   for (int i = 0; i < 4; ++i) {
     MeshBuilder builder = maker.prototype(index);
-    add_tuft(builder, random, random.uniform(0.3, 0.8), random.uniform(0.18, 0.5), 70);
+    const double height_m = random.uniform(0.18, 0.5);
+    add_tuft(builder, random, random.uniform(0.3, 0.8), height_m, 70);
     maker.prototypes.tufts.push_back(index);
   }
   {
@@ -157,16 +159,15 @@ void make_prototypes(Maker& maker) {
 
 void add_sign_post(MeshBuilder& builder, Random& random, double height_m, double size_m,
                    SignShape shape) {
-  const auto seed = [&] { return static_cast<std::uint32_t>(random.next()); };
-  const std::uint32_t pole = builder.surface(Material::kPole, seed(), {0.36F});
+  const std::uint32_t pole = builder.surface(Material::kPole, random, {0.36F});
   const auto size = static_cast<float>(size_m);
-  const std::uint32_t back = builder.surface(Material::kPole, seed(), {0.3F});
+  const std::uint32_t back = builder.surface(Material::kPole, random, {0.3F});
   builder.bar(Point(0.0, 0.0, -0.2), Point(0.0, 0.0, height_m + 0.1), 0.035, 0.035, 8, pole, true);
   const double half = 0.5 * size_m;
   const Point middle(-0.045, 0.0, height_m - half);
   if (shape == SignShape::kBoard) {
     const std::uint32_t face =
-        builder.surface(Material::kSign, seed(), {size, 0.6F * size, 2.0F, 1.0F});
+        builder.surface(Material::kSign, random, {size, 0.6F * size, 2.0F, 1.0F});
     builder.quad(middle + Point(0.0, half, -0.3 * size_m), Point(0.0, -size_m, 0.0),
                  Point(0.0, 0.0, 0.6 * size_m), face);
     builder.quad(middle + Point(0.008, half, -0.3 * size_m), Point(0.0, -size_m, 0.0),
@@ -175,7 +176,7 @@ void add_sign_post(MeshBuilder& builder, Random& random, double height_m, double
   }
   // uv of the face: 0 to size from its lower left corner, whatever its outline.
   const std::uint32_t face = builder.surface(
-      Material::kSign, seed(), {size, size, shape == SignShape::kRound ? 0.0F : 3.0F, 1.0F});
+      Material::kSign, random, {size, size, shape == SignShape::kRound ? 0.0F : 3.0F, 1.0F});
   const int sides = shape == SignShape::kRound ? 18 : 3;
   for (const double behind : {0.0, 0.008}) {
     const std::uint32_t surface = behind > 0.0 ? back : face;

@@ -23,9 +23,9 @@ WindowStyle window_style(MeshBuilder& builder, Random& random, const HouseForm& 
   style.pane_seed = seed();
   style.frame_tone = static_cast<float>(random.chance(0.75) ? random.uniform(0.62, 0.85)
                                                             : random.uniform(0.1, 0.3));
-  style.frame_surface = builder.surface(Material::kConcrete, seed(),
+  style.frame_surface = builder.surface(Material::kConcrete, random,
                                         {2.0F, static_cast<float>(random.uniform(0.3, 0.75))});
-  style.shutter_surface = builder.surface(Material::kFence, seed(),
+  style.shutter_surface = builder.surface(Material::kFence, random,
                                           {1.0F, static_cast<float>(random.uniform(0.12, 0.5))});
   return style;
 }
@@ -109,7 +109,6 @@ void add_side_wall(MeshBuilder& builder, Random& random, const HouseForm& form,
 }  // namespace
 
 void add_house(MeshBuilder& builder, Random& random, const HouseForm& form) {
-  const auto seed = [&] { return static_cast<std::uint32_t>(random.next()); };
   const double ground_floor_m = form.shop ? random.uniform(3.5, 4.1) : form.storey_m + 0.25;
   const double eave_m = ground_floor_m + (form.storeys - 1) * form.storey_m;
   // 0: plaster, 1: brick, 2: rough cast with stained base, 3: large panels, 4: quarry stone.
@@ -118,13 +117,13 @@ void add_house(MeshBuilder& builder, Random& random, const HouseForm& form) {
       static_cast<float>(kind == 1 ? random.uniform(0.12, 0.34) : random.uniform(0.25, 0.78));
   const auto height = static_cast<float>(eave_m);
   const std::uint32_t wall =
-      builder.surface(Material::kFacade, seed(), {static_cast<float>(kind), tone, height});
+      builder.surface(Material::kFacade, random, {static_cast<float>(kind), tone, height});
   const std::uint32_t side_wall =
       random.chance(0.5) ? wall
-                         : builder.surface(Material::kFacade, seed(),
+                         : builder.surface(Material::kFacade, random,
                                            {random.chance(0.5) ? 1.0F : 2.0F, 0.8F * tone, height});
   const std::uint32_t plinth = builder.surface(
-      Material::kConcrete, seed(), {3.0F, static_cast<float>(random.uniform(0.14, 0.35))});
+      Material::kConcrete, random, {3.0F, static_cast<float>(random.uniform(0.14, 0.35))});
   const WindowStyle style = window_style(builder, random, form);
   const RigidTransform outer = builder.frame();
 
@@ -144,7 +143,7 @@ void add_house(MeshBuilder& builder, Random& random, const HouseForm& form) {
   if (!form.plain || random.chance(0.4)) {  // downpipe
     const double x = random.chance(0.5) ? 0.12 : form.width_m - 0.12;
     const std::uint32_t pipe =
-        builder.surface(Material::kPole, seed(), {static_cast<float>(random.uniform(0.12, 0.4))});
+        builder.surface(Material::kPole, random, {static_cast<float>(random.uniform(0.12, 0.4))});
     builder.bar(Point(x, -0.08, -0.3), Point(x, -0.08, eave_m), 0.05, 0.05, 6, pipe);
   }
 }

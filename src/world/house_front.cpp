@@ -36,7 +36,7 @@ void reveal(MeshBuilder& builder, double x0, double x1, double z0, double z1, do
 
 std::uint32_t pane(MeshBuilder& builder, Random& random, double width, double height, int layout,
                    float frame_tone) {
-  return builder.surface(Material::kWindow, static_cast<std::uint32_t>(random.next()),
+  return builder.surface(Material::kWindow, random,
                          {static_cast<float>(width), static_cast<float>(height),
                           static_cast<float>(layout), frame_tone});
 }
@@ -71,13 +71,12 @@ void add_window_bay(MeshBuilder& builder, Random& random, double x_m, double z_m
       builder.box(Point(at, -0.05, z0), Point(at + wide, 0.0, z1), style.shutter_surface, true);
     }
   } else if (style.sill_m > 0.3 && random.chance(0.12)) {  // flower box
-    const std::uint32_t flowers =
-        builder.surface(Material::kFoliage, static_cast<std::uint32_t>(random.next()), {0.2F});
+    const std::uint32_t flowers = builder.surface(Material::kFoliage, random, {0.2F});
     builder.box(Point(x0, -0.24, z0), Point(x1, -0.07, z0 + 0.16), style.shutter_surface, true);
     for (const double x : steps(x0, x1 - 0.1, 0.12)) {
-      builder.triangle(Point(x, -0.2, z0 + 0.15), Point(x + 0.16, -0.12, z0 + 0.15),
-                       Point(x + random.uniform(0.0, 0.15), -0.22, z0 + random.uniform(0.25, 0.42)),
-                       flowers);
+      const double up = random.uniform(0.25, 0.42);
+      const Point tip(x + random.uniform(0.0, 0.15), -0.22, z0 + up);
+      builder.triangle(Point(x, -0.2, z0 + 0.15), Point(x + 0.16, -0.12, z0 + 0.15), tip, flowers);
     }
   }
 }
@@ -93,7 +92,7 @@ void add_door_bay(MeshBuilder& builder, Random& random, double x_m, double width
   wall_around(builder, x_m, 0.0, width_m, height_m, x0, x1, 0.0, top_m, wall);
   reveal(builder, x0, x1, 0.0, top_m, 0.28, frame);
   const std::uint32_t door = builder.surface(
-      Material::kDoor, static_cast<std::uint32_t>(random.next()),
+      Material::kDoor, random,
       {static_cast<float>(x1 - x0), static_cast<float>(top_m - step_m),
        static_cast<float>(random.below(4)), static_cast<float>(random.uniform(0.05, 0.45))});
   builder.quad(Point(x0, 0.28, step_m), Point(x1 - x0, 0.0, 0.0), Point(0.0, 0.0, top_m - step_m),
@@ -106,9 +105,8 @@ void add_door_bay(MeshBuilder& builder, Random& random, double x_m, double width
     builder.box(Point(x0 - 0.3, -0.58, top_m + 0.12), Point(x1 + 0.3, 0.0, top_m + 0.22), frame,
                 true);
   }
-  const std::uint32_t plate =
-      builder.surface(Material::kSign, static_cast<std::uint32_t>(random.next()),
-                      {0.3F, 0.22F, 1.0F, 0.0F});  // the number of the house
+  const std::uint32_t plate = builder.surface(
+      Material::kSign, random, {0.3F, 0.22F, 1.0F, 0.0F});  // the number of the house
   builder.quad(Point(x1 + 0.16, -0.015, 1.75), Point(0.3, 0.0, 0.0), Point(0.0, 0.0, 0.22), plate);
 }
 
@@ -116,7 +114,7 @@ void add_shop_front(MeshBuilder& builder, Random& random, double width_m, double
                     std::uint32_t wall) {
   const auto seed = [&] { return static_cast<std::uint32_t>(random.next()); };
   const std::uint32_t frame = builder.surface(
-      Material::kFence, seed(), {0.0F, static_cast<float>(random.uniform(0.05, 0.6))});
+      Material::kFence, random, {0.0F, static_cast<float>(random.uniform(0.05, 0.6))});
   const double board_m = random.uniform(0.55, 0.85);
   const double top_m = height_m - board_m - 0.25;
   const int bays = std::max(2, static_cast<int>(width_m / random.uniform(2.2, 3.2)));
@@ -141,7 +139,7 @@ void add_shop_front(MeshBuilder& builder, Random& random, double width_m, double
   const double sign_m = random.uniform(0.55, 0.9) * width_m;
   const double sign_x = random.uniform(0.1, width_m - sign_m - 0.1);
   const std::uint32_t board =
-      builder.surface(Material::kSign, seed(),
+      builder.surface(Material::kSign, random,
                       {static_cast<float>(sign_m), static_cast<float>(board_m), 2.0F, 1.0F});
   builder.quad(Point(sign_x, -0.12, top_m + 0.12), Point(sign_m, 0.0, 0.0),
                Point(0.0, 0.0, board_m), board);
@@ -149,7 +147,7 @@ void add_shop_front(MeshBuilder& builder, Random& random, double width_m, double
               Point(sign_x + sign_m + 0.04, 0.0, top_m + 0.16 + board_m), frame, true);
   if (random.chance(0.45)) {  // awning
     const std::uint32_t cloth = builder.surface(
-        Material::kFence, seed(), {2.0F, static_cast<float>(random.uniform(0.15, 0.7))});
+        Material::kFence, random, {2.0F, static_cast<float>(random.uniform(0.15, 0.7))});
     const double out = random.uniform(0.8, 1.2);
     const double low_m = std::max(2.45, top_m - 0.5);
     builder.corners(Point(0.3, -out, low_m), Point(width_m - 0.3, -out, low_m),
@@ -159,7 +157,7 @@ void add_shop_front(MeshBuilder& builder, Random& random, double width_m, double
                  Point(0.0, 0.0, 0.22), cloth);
   }
   if (random.chance(0.5)) {  // a sign that sticks out, seen along the street
-    const std::uint32_t arm = builder.surface(Material::kSign, seed(), {0.7F, 0.9F, 2.0F, 1.0F});
+    const std::uint32_t arm = builder.surface(Material::kSign, random, {0.7F, 0.9F, 2.0F, 1.0F});
     const double x = random.uniform(0.4, width_m - 0.4);
     for (const double side : {0.0, 0.09}) {
       builder.quad(Point(x + side, -0.95, height_m - 0.1), Point(0.0, 0.7, 0.0),
@@ -175,8 +173,7 @@ void add_balcony(MeshBuilder& builder, Random& random, double x_m, double z_m, d
   const double out = random.uniform(0.75, 1.1);
   builder.box(Point(x_m, -out, z_m - 0.12), Point(x_m + width_m, 0.0, z_m + 0.04), slab, true);
   const std::uint32_t rail =
-      builder.surface(Material::kPole, static_cast<std::uint32_t>(random.next()),
-                      {static_cast<float>(random.uniform(0.05, 0.3))});
+      builder.surface(Material::kPole, random, {static_cast<float>(random.uniform(0.05, 0.3))});
   const double top = z_m + 1.02;
   builder.box(Point(x_m, -out, top - 0.05), Point(x_m + width_m, -out + 0.05, top), rail, true);
   for (const double x : {x_m, x_m + width_m - 0.05}) {

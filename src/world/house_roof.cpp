@@ -10,8 +10,7 @@ namespace {
 constexpr double kOverhang_m = 0.4;
 
 void add_chimney(MeshBuilder& builder, Random& random, const Point& foot, double height_m) {
-  const std::uint32_t brick = builder.surface(
-      Material::kFacade, static_cast<std::uint32_t>(random.next()), {1.0F, 0.2F, 3.0F});
+  const std::uint32_t brick = builder.surface(Material::kFacade, random, {1.0F, 0.2F, 3.0F});
   const double half = random.uniform(0.25, 0.45);
   builder.box(foot - Point(half, 0.3, 1.5), foot + Point(half, 0.3, height_m), brick);
   builder.box(foot + Point(-half - 0.06, -0.36, height_m - 0.1),
@@ -24,7 +23,7 @@ void add_dormer(MeshBuilder& builder, Random& random, double x, double y, double
   const double height = 1.35;
   const double depth = height / pitch;
   const std::uint32_t pane = builder.surface(
-      Material::kWindow, static_cast<std::uint32_t>(random.next()),
+      Material::kWindow, random,
       {static_cast<float>(2.0 * half - 0.3), 1.0F, static_cast<float>(random.below(5)), 0.7F});
   builder.quad(Point(x - half, y, z), Point(2.0 * half, 0.0, 0.0), Point(0.0, 0.0, height), wall);
   builder.quad(Point(x - half + 0.15, y - 0.02, z + 0.2), Point(2.0 * half - 0.3, 0.0, 0.0),
@@ -52,7 +51,8 @@ void add_flat_roof(MeshBuilder& builder, Random& random, const HouseForm& form, 
   builder.box(Point(-0.04, 0.0, eave_m), Point(0.15, d, eave_m + parapet), wall);
   builder.box(Point(w - 0.15, 0.0, eave_m), Point(w + 0.04, d, eave_m + parapet), wall);
   for (int i = random.below(3); i >= 0; --i) {  // lift shaft, ducts
-    const Point at(random.uniform(1.0, w - 1.0), random.uniform(2.0, d - 2.0), eave_m);
+    const double back = random.uniform(2.0, d - 2.0);
+    const Point at(random.uniform(1.0, w - 1.0), back, eave_m);
     builder.box(at - Point(0.7, 0.9, 0.0), at + Point(0.7, 0.9, random.uniform(0.7, 2.2)), roof);
   }
 }
@@ -61,9 +61,8 @@ void add_flat_roof(MeshBuilder& builder, Random& random, const HouseForm& form, 
 
 void add_roof(MeshBuilder& builder, Random& random, const HouseForm& form, double eave_m,
               std::uint32_t wall) {
-  const auto seed = [&] { return static_cast<std::uint32_t>(random.next()); };
   const std::uint32_t roof = builder.surface(
-      Material::kRoof, seed(),
+      Material::kRoof, random,
       {static_cast<float>(random.below(3)), static_cast<float>(random.uniform(0.1, 0.3))});
   if (form.flat_roof) {
     add_flat_roof(builder, random, form, eave_m, wall, roof);
@@ -87,7 +86,7 @@ void add_roof(MeshBuilder& builder, Random& random, const HouseForm& form, doubl
     builder.triangle(Point(0.0, 0.0, eave_m), Point(w, 0.0, eave_m), Point(0.5 * w, 0.0, ridge),
                      wall, Uv(0.0, eave_m));
     builder.triangle(Point(0.0, d, eave_m), Point(w, d, eave_m), Point(0.5 * w, d, ridge), wall);
-    const std::uint32_t pane = builder.surface(Material::kWindow, seed(), {1.0F, 1.2F, 0.0F, 0.7F});
+    const std::uint32_t pane = builder.surface(Material::kWindow, random, {1.0F, 1.2F, 0.0F, 0.7F});
     builder.quad(Point(0.5 * w - 0.5, -0.02, eave_m + 0.4), Point(1.0, 0.0, 0.0),
                  Point(0.0, 0.0, 1.2), pane);
     if (random.chance(0.7)) {
@@ -106,7 +105,7 @@ void add_roof(MeshBuilder& builder, Random& random, const HouseForm& form, doubl
                      Uv(0.0, eave_m));
   }
   // Gutter along the eave.
-  const std::uint32_t gutter = builder.surface(Material::kPole, seed(), {0.25F});
+  const std::uint32_t gutter = builder.surface(Material::kPole, random, {0.25F});
   builder.bar(Point(-0.1, -kOverhang_m - 0.02, low + 0.02),
               Point(w + 0.1, -kOverhang_m - 0.02, low + 0.02), 0.07, 0.07, 5, gutter);
   for (int i = 1 + random.below(2); i > 0; --i) {

@@ -208,9 +208,8 @@ void paint_symbols(Painter& painter) {
 void make_markings(Maker& maker) {
   MeshBuilder builder = maker.unique();
   Random random(maker.draw(0xFA17));
-  const std::uint32_t surface =
-      builder.surface(Material::kRoadMarking, static_cast<std::uint32_t>(random.next()),
-                      {static_cast<float>(random.uniform(0.25, 0.6)), 0.12F});
+  const std::uint32_t surface = builder.surface(
+      Material::kRoadMarking, random, {static_cast<float>(random.uniform(0.25, 0.6)), 0.12F});
   Painter painter{maker, builder, surface};
   paint_lanes(painter);
   for (const double crossing : maker.crossings) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "topoloc/geometry/rigid_transform.hpp"
+#include "topoloc/world/random.hpp"
 #include "topoloc/world/surface.hpp"
 
 #include <array>
@@ -27,6 +28,11 @@ class MeshBuilder {
 
   std::uint32_t surface(Material material, std::uint32_t seed,
                         const std::array<float, 4>& parameters = {});
+  /// With a look as it happens.
+  std::uint32_t surface(Material material, Random& random,
+                        const std::array<float, 4>& parameters = {}) {
+    return surface(material, static_cast<std::uint32_t>(random.next()), parameters);
+  }
 
   std::uint32_t vertex(const Point& p, const Uv& uv);
   void face(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t surface);

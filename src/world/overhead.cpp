@@ -14,13 +14,12 @@ namespace {
 void add_gantry(Maker& maker, Random& random, double s) {
   constexpr double kBeam_m = 6.2;
   MeshBuilder builder = maker.unique();
-  const auto seed = [&] { return static_cast<std::uint32_t>(random.next()); };
   const Profile profile = maker.profile(s);
   const double right = -profile.edge(true) - 1.3;
   const bool whole = profile.median_half_m < 0.5 || random.chance(0.4);
   const double left = whole ? profile.edge(false) + 1.3 : 0.0;
-  const std::uint32_t steel = builder.surface(Material::kPole, seed(), {0.38F});
-  const std::uint32_t back = builder.surface(Material::kPole, seed(), {0.3F});
+  const std::uint32_t steel = builder.surface(Material::kPole, random, {0.38F});
+  const std::uint32_t back = builder.surface(Material::kPole, random, {0.3F});
   builder.set_frame(maker.upright(s, 0.0));
   for (const double y : {right, left}) {
     builder.bar(Point(0.0, y, -1.0), Point(0.0, y, kBeam_m + 1.1), 0.22, 0.18, 10, steel);
@@ -43,7 +42,7 @@ void add_gantry(Maker& maker, Random& random, double s) {
     const double wide = random.uniform(2.6, 3.3);
     const double high = random.uniform(1.9, 2.7);
     const std::uint32_t face = builder.surface(
-        Material::kSign, seed(), {static_cast<float>(wide), static_cast<float>(high), 5.0F, 1.0F});
+        Material::kSign, random, {static_cast<float>(wide), static_cast<float>(high), 5.0F, 1.0F});
     builder.quad(Point(-0.4, lane.left_m + 0.5 * wide, kBeam_m - 0.5), Point(0.0, -wide, 0.0),
                  Point(0.0, 0.0, high), face);
     builder.quad(Point(-0.37, lane.left_m + 0.5 * wide, kBeam_m - 0.5), Point(0.0, -wide, 0.0),
@@ -55,14 +54,13 @@ void add_gantry(Maker& maker, Random& random, double s) {
 // A board on two legs beside the road.
 void add_board(Maker& maker, Random& random, double s) {
   MeshBuilder builder = maker.unique();
-  const auto seed = [&] { return static_cast<std::uint32_t>(random.next()); };
   const double wide = random.uniform(2.2, 4.2);
   const double high = random.uniform(1.6, 3.0);
   const double out = 2.6 + 0.5 * wide;
   const double ground = verge_m(maker, s, true, out);
-  const std::uint32_t steel = builder.surface(Material::kPole, seed(), {0.36F});
+  const std::uint32_t steel = builder.surface(Material::kPole, random, {0.36F});
   const std::uint32_t face = builder.surface(
-      Material::kSign, seed(), {static_cast<float>(wide), static_cast<float>(high), 5.0F, 1.0F});
+      Material::kSign, random, {static_cast<float>(wide), static_cast<float>(high), 5.0F, 1.0F});
   builder.set_frame(maker.upright(s, -maker.profile(s).edge(true) - out));
   const double low = std::max(1.5, ground + 1.0);
   for (const double y : {-0.3 * wide, 0.3 * wide}) {
@@ -77,14 +75,13 @@ void add_board(Maker& maker, Random& random, double s) {
 void add_bridge(Maker& maker, Random& random, double s) {
   constexpr double kClear_m = 5.6;
   MeshBuilder builder = maker.unique();
-  const auto seed = [&] { return static_cast<std::uint32_t>(random.next()); };
   const Profile profile = maker.profile(s);
   const double right = -profile.edge(true) - 5.5;
   const double left = profile.edge(false) + 5.5;
   const double half = random.uniform(3.5, 6.0);
   const std::uint32_t concrete = builder.surface(
-      Material::kConcrete, seed(), {0.0F, static_cast<float>(random.uniform(0.3, 0.42))});
-  const std::uint32_t rail = builder.surface(Material::kPole, seed(), {0.3F});
+      Material::kConcrete, random, {0.0F, static_cast<float>(random.uniform(0.3, 0.42))});
+  const std::uint32_t rail = builder.surface(Material::kPole, random, {0.3F});
   builder.set_frame(maker.upright(s, 0.0));
   builder.box(Point(-half, right - 22.0, kClear_m), Point(half, left + 22.0, kClear_m + 1.2),
               concrete, true);
@@ -159,7 +156,8 @@ void make_overhead(Maker& maker, const Section& section, double begin_m, double 
       }
       builder.set_frame(T);
       const auto shape = static_cast<SignShape>(random.below(3));
-      add_sign_post(builder, random, random.uniform(2.4, 3.0), random.uniform(0.6, 0.95), shape);
+      const double size_m = random.uniform(0.6, 0.95);
+      add_sign_post(builder, random, random.uniform(2.4, 3.0), size_m, shape);
       builder.set_frame({});
       next_sign = s + random.uniform(40.0, 120.0);
     } else if (s > next_lamp && s < lit_until) {

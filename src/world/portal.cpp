@@ -34,12 +34,11 @@ void add_opening(MeshBuilder& builder, const Bore& bore, double from_m, double t
 void add_portal(Maker& maker, const Section& section, bool entry) {
   MeshBuilder builder = maker.unique();
   Random random(maker.draw(0x90A7, section.seed + (entry ? 1 : 2)));
-  const auto seed = [&] { return static_cast<std::uint32_t>(random.next()); };
   const double s = entry ? section.begin_m : section.end_m;
   const Bore bore = bore_at(maker, s);
   const std::uint32_t concrete = builder.surface(
-      Material::kConcrete, seed(), {0.0F, static_cast<float>(random.uniform(0.28, 0.42))});
-  const std::uint32_t dark = builder.surface(Material::kPole, seed(), {0.02F});
+      Material::kConcrete, random, {0.0F, static_cast<float>(random.uniform(0.28, 0.42))});
+  const std::uint32_t dark = builder.surface(Material::kPole, random, {0.02F});
   builder.set_frame(maker.upright(s, 0.0));
   const bool tube = maker.profile(s).median_half_m > 0.5;
   const double end_m = tube ? -0.75 + 0.75 : kHillHalf_m;
@@ -63,7 +62,7 @@ void add_portal(Maker& maker, const Section& section, bool entry) {
   builder.box(Point(std::min(0.0, out), -kHillHalf_m, kWallTop_m - 0.4),
               Point(std::max(0.0, out), kHillHalf_m, kWallTop_m + 0.3), concrete, true);
   const double middle = 0.5 * (bore.left_m + bore.right_m);
-  const std::uint32_t face = builder.surface(Material::kSign, seed(), {4.5F, 0.9F, 2.0F, 0.5F});
+  const std::uint32_t face = builder.surface(Material::kSign, random, {4.5F, 0.9F, 2.0F, 0.5F});
   builder.quad(Point(0.2 * out, middle + 2.25, bore.roof_m + 0.8), Point(0.0, -4.5, 0.0),
                Point(0.0, 0.0, 0.9), face);
   builder.set_frame({});
@@ -105,10 +104,7 @@ void add_hill(Maker& maker, const Section& section) {
     const double y = random.uniform(-0.9, 0.9) * kHillHalf_m;
     const bool bush = random.chance(0.5);
     const auto& meshes = bush ? maker.prototypes.bushes : maker.prototypes.trees;
-    maker.put(
-        meshes[static_cast<std::size_t>(random.below(static_cast<int>(meshes.size())))],
-        upright_at(maker.world.route.point(s, y, height(s, y) - 0.5), random.uniform(0.0, 6.28)),
-        random.next(), random.uniform(0.6, 1.2));
+    maker.put_any(meshes, maker.world.route.point(s, y, height(s, y) - 0.5), random, 0.6, 1.2);
   }
 }
 

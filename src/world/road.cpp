@@ -52,9 +52,8 @@ void make_asphalt(Maker& maker) {
     const auto age = static_cast<float>(random.uniform(0.15, 1.0));
     const float tone = slabs ? static_cast<float>(random.uniform(0.22, 0.3))
                              : static_cast<float>(0.07 + 0.09 * age + random.uniform(0.0, 0.02));
-    const std::uint32_t surface =
-        builder.surface(Material::kAsphalt, static_cast<std::uint32_t>(random.next()),
-                        {age, town ? 1.0F : 0.0F, slabs ? 5.0F : 0.0F, tone});
+    const std::uint32_t surface = builder.surface(
+        Material::kAsphalt, random, {age, town ? 1.0F : 0.0F, slabs ? 5.0F : 0.0F, tone});
     for (const bool right : {true, false}) {
       ribbon(
           builder, maker.route(), stations(begin_m, end_m, kStation_m),
@@ -69,10 +68,9 @@ void make_footway(Maker& maker, double begin_m, double end_m, bool right, std::u
   MeshBuilder builder = maker.unique();
   Random random(seed);
   const double sign = signed_side(right);
-  const std::uint32_t kerb = builder.surface(
-      Material::kConcrete, static_cast<std::uint32_t>(random.next()), {1.0F, 0.38F});
+  const std::uint32_t kerb = builder.surface(Material::kConcrete, random, {1.0F, 0.38F});
   const std::uint32_t slabs = builder.surface(
-      Material::kPavement, static_cast<std::uint32_t>(random.next()),
+      Material::kPavement, random,
       {static_cast<float>(random.below(3)), static_cast<float>(random.uniform(0.2, 0.42))});
   const std::vector<double> along = stations(begin_m, end_m, 1.0);
   // Lower where a zebra crossing begins.

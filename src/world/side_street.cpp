@@ -39,14 +39,13 @@ void make_street(Maker& maker, const SideStreet& street) {
   MeshBuilder builder = maker.unique();
   const RigidTransform T = side_frame(maker.world, street);
   Random random(key(street.seed, {0x57}));
-  const auto seed = [&] { return static_cast<std::uint32_t>(random.next()); };
   const auto age = static_cast<float>(random.uniform(0.3, 1.0));
   const std::uint32_t asphalt =
-      builder.surface(Material::kAsphalt, seed(), {age, 1.0F, 0.0F, 0.07F + 0.09F * age});
-  const std::uint32_t kerb = builder.surface(Material::kConcrete, seed(), {1.0F, 0.36F});
+      builder.surface(Material::kAsphalt, random, {age, 1.0F, 0.0F, 0.07F + 0.09F * age});
+  const std::uint32_t kerb = builder.surface(Material::kConcrete, random, {1.0F, 0.36F});
   const std::uint32_t slabs =
-      builder.surface(Material::kPavement, seed(), {static_cast<float>(random.below(3)), 0.34F});
-  const std::uint32_t paint = builder.surface(Material::kRoadMarking, seed(), {0.5F, 0.12F});
+      builder.surface(Material::kPavement, random, {static_cast<float>(random.below(3)), 0.34F});
+  const std::uint32_t paint = builder.surface(Material::kRoadMarking, random, {0.5F, 0.12F});
   const Frames along = [T](double s) {
     RigidTransform result = T;
     result.p = T * Point(s, 0.0, 0.0);

@@ -80,9 +80,7 @@ void plant_woods(Maker& maker, const std::vector<double>& heights, int columns,
       constexpr double kNear_m = 60.0;
       const auto& woods =
           nearest.distance_m < kNear_m ? maker.prototypes.trees : maker.prototypes.woods;
-      maker.put(woods[static_cast<std::size_t>(random.below(static_cast<int>(woods.size())))],
-                upright_at(Point(p.x(), p.y(), z - 0.3), random.uniform(0.0, 6.28)), random.next(),
-                random.uniform(0.6, 1.15));
+      maker.put_any(woods, Point(p.x(), p.y(), z - 0.3), random, 0.6, 1.15);
     }
   }
 }

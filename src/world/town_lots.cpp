@@ -90,7 +90,6 @@ void add_boundary(Maker& maker, MeshBuilder& builder, Random& random, const Rigi
   if (length_m < 0.5) {
     return;
   }
-  const auto seed = [&] { return static_cast<std::uint32_t>(random.next()); };
   const int kind = random.below(4);
   const double height_m = random.uniform(0.8, 1.5);
   builder.set_frame(frame);
@@ -99,11 +98,11 @@ void add_boundary(Maker& maker, MeshBuilder& builder, Random& random, const Rigi
     for (int i = 0; i < count; ++i) {
       RigidTransform T = upright_at(frame * Point((i + 0.5) * length_m / count, 0.3, -0.05),
                                     std::atan2(frame.R(1, 0), frame.R(0, 0)));
-      maker.put(maker.prototypes.hedge, T, random.next(), 0.95 + 0.1 * random.uniform());
+      maker.put(maker.prototypes.hedge, T, random, 0.95, 1.05);
     }
   } else if (kind == 1) {  // boards
     const std::uint32_t wood = builder.surface(
-        Material::kFence, seed(), {1.0F, static_cast<float>(random.uniform(0.15, 0.5))});
+        Material::kFence, random, {1.0F, static_cast<float>(random.uniform(0.15, 0.5))});
     for (const double x : steps(0.0, length_m - 0.1, 0.13)) {
       const double top = height_m + random.uniform(-0.015, 0.015);
       builder.box(Point(x, 0.1, -0.3), Point(x + 0.095, 0.122, top), wood);
@@ -112,15 +111,15 @@ void add_boundary(Maker& maker, MeshBuilder& builder, Random& random, const Rigi
     builder.box(Point(0.0, 0.122, height_m - 0.3), Point(length_m, 0.16, height_m - 0.22), wood);
   } else if (kind == 2) {  // wall with a top
     const std::uint32_t wall = builder.surface(
-        Material::kFacade, seed(),
+        Material::kFacade, random,
         {random.chance(0.5) ? 1.0F : 4.0F, static_cast<float>(random.uniform(0.18, 0.5)), 3.0F});
     builder.box(Point(0.0, 0.05, -0.8), Point(length_m, 0.3, height_m - 0.08), wall);
     builder.box(Point(-0.03, 0.02, height_m - 0.08), Point(length_m + 0.03, 0.33, height_m), wall,
                 true);
   } else {  // iron bars on a low wall
-    const std::uint32_t wall = builder.surface(Material::kConcrete, seed(), {3.0F, 0.3F});
+    const std::uint32_t wall = builder.surface(Material::kConcrete, random, {3.0F, 0.3F});
     const std::uint32_t iron =
-        builder.surface(Material::kPole, seed(), {static_cast<float>(random.uniform(0.05, 0.2))});
+        builder.surface(Material::kPole, random, {static_cast<float>(random.uniform(0.05, 0.2))});
     builder.box(Point(0.0, 0.05, -0.8), Point(length_m, 0.28, 0.4), wall);
     for (const double x : steps(0.1, length_m, 0.14)) {
       builder.bar(Point(x, 0.16, 0.4), Point(x, 0.16, height_m + 0.1), 0.011, 0.011, 3, iron);
@@ -135,15 +134,14 @@ void add_boundary(Maker& maker, MeshBuilder& builder, Random& random, const Rigi
 void plant_yard(Maker& maker, Random& random, const RigidTransform& frame, double width_m,
                 double depth_m, int count) {
   for (int i = 0; i < count; ++i) {
-    const Point at =
-        frame * Point(random.uniform(0.0, width_m), random.uniform(0.8, depth_m), -0.1);
+    const double back = random.uniform(0.8, depth_m);
+    const Point at = frame * Point(random.uniform(0.0, width_m), back, -0.1);
     if (!maker.site.is_free(at.head<2>())) {
       continue;
     }
     const bool tree = random.chance(0.35) && maker.site.nearest(at.head<2>()).distance_m > 9.5;
     const auto& meshes = tree ? maker.prototypes.trees : maker.prototypes.bushes;
-    maker.put(meshes[static_cast<std::size_t>(random.below(static_cast<int>(meshes.size())))],
-              upright_at(at, random.uniform(0.0, 6.28)), random.next(), random.uniform(0.6, 1.0));
+    maker.put_any(meshes, at, random, 0.6, 1.0);
   }
 }
 

@@ -17,6 +17,11 @@ Point random_direction(Random& random) {
   return {r * std::cos(angle), r * std::sin(angle), z};
 }
 
+Uv random_uv(Random& random, double side_m) {
+  const double up = random.uniform(0.0, side_m);
+  return {random.uniform(0.0, side_m), up};
+}
+
 }  // namespace
 
 void add_leaf(MeshBuilder& builder, Random& random, const Point& middle, double size_m,
@@ -26,17 +31,17 @@ void add_leaf(MeshBuilder& builder, Random& random, const Point& middle, double 
   const Point y = normal.cross(x) * random.uniform(0.7, 1.1);
   // A kite: less like a tile than a rectangle, for the same two triangles.
   builder.corners(middle - x, middle - 0.5 * y, middle + x, middle + 0.5 * y, surface,
-                  Uv(random.uniform(0.0, 20.0), random.uniform(0.0, 20.0)));
+                  random_uv(random, 20.0));
 }
 
 void add_tree(MeshBuilder& builder, Random& random, const TreeForm& form) {
-  const auto seed = [&] { return static_cast<std::uint32_t>(random.next()); };
-  const std::uint32_t bark = builder.surface(Material::kBark, seed());
-  const std::uint32_t leaves[] = {builder.surface(Material::kFoliage, seed(), {0.0F}),
-                                  builder.surface(Material::kFoliage, seed(), {0.35F}),
-                                  builder.surface(Material::kFoliage, seed(), {0.7F})};
+  const std::uint32_t bark = builder.surface(Material::kBark, random);
+  const std::uint32_t leaves[] = {builder.surface(Material::kFoliage, random, {0.0F}),
+                                  builder.surface(Material::kFoliage, random, {0.35F}),
+                                  builder.surface(Material::kFoliage, random, {0.7F})};
   const double trunk_m = form.height_m * form.trunk_share;
-  const Point fork(random.uniform(-0.15, 0.15), random.uniform(-0.15, 0.15), trunk_m);
+  const double fork_y = random.uniform(-0.15, 0.15);
+  const Point fork(random.uniform(-0.15, 0.15), fork_y, trunk_m);
   builder.bar(Point(0.0, 0.0, -0.3), fork, form.trunk_radius_m, 0.75 * form.trunk_radius_m,
               form.sides, bark);
   const double crown_m = form.height_m - trunk_m;
@@ -64,8 +69,8 @@ void add_tree(MeshBuilder& builder, Random& random, const TreeForm& form) {
       const double distance = size_m * std::cbrt(random.uniform(0.15, 1.0));
       Point at = blob + distance * out;
       at.z() -= (form.conifer ? 0.6 : 0.25) * distance * std::abs(out.x());
-      add_leaf(builder, random, at, form.leaf_m * random.uniform(0.7, 1.3),
-               leaves[random.below(3)]);
+      const std::uint32_t shade = leaves[random.below(3)];
+      add_leaf(builder, random, at, form.leaf_m * random.uniform(0.7, 1.3), shade);
     }
   }
   if (form.conifer) {
@@ -75,29 +80,28 @@ void add_tree(MeshBuilder& builder, Random& random, const TreeForm& form) {
 }
 
 void add_bush(MeshBuilder& builder, Random& random, double radius_m, double height_m, int leaves) {
-  const std::uint32_t foliage[] = {
-      builder.surface(Material::kFoliage, static_cast<std::uint32_t>(random.next()), {0.1F}),
-      builder.surface(Material::kFoliage, static_cast<std::uint32_t>(random.next()), {0.5F})};
+  const std::uint32_t foliage[] = {builder.surface(Material::kFoliage, random, {0.1F}),
+                                   builder.surface(Material::kFoliage, random, {0.5F})};
   for (int k = 0; k < leaves; ++k) {
     const Point out = random_direction(random);
     const double distance = std::cbrt(random.uniform(0.3, 1.0));
     const Point at(radius_m * distance * out.x(), radius_m * distance * out.y(),
                    height_m * (0.5 + 0.5 * distance * out.z()));
-    add_leaf(builder, random, at, random.uniform(0.08, 0.2), foliage[random.below(2)]);
+    const std::uint32_t shade = foliage[random.below(2)];
+    add_leaf(builder, random, at, random.uniform(0.08, 0.2), shade);
   }
 }
 
 void add_hedge(MeshBuilder& builder, Random& random, double length_m, double height_m) {
-  const std::uint32_t inside =
-      builder.surface(Material::kFoliage, static_cast<std::uint32_t>(random.next()), {0.9F});
-  const std::uint32_t foliage =
-      builder.surface(Material::kFoliage, static_cast<std::uint32_t>(random.next()), {0.25F});
+  const std::uint32_t inside = builder.surface(Material::kFoliage, random, {0.9F});
+  const std::uint32_t foliage = builder.surface(Material::kFoliage, random, {0.25F});
   const double half = 0.5 * length_m;
   builder.box(Point(-half, -0.22, 0.0), Point(half, 0.22, height_m - 0.06), inside);
   for (int k = 0; k < static_cast<int>(170.0 * length_m); ++k) {
     const int side = random.below(5);
-    Point at(random.uniform(-half, half), random.uniform(-0.27, 0.27),
-             random.uniform(0.03, height_m));
+    const double up = random.uniform(0.03, height_m);
+    const double left = random.uniform(-0.27, 0.27);
+    Point at(random.uniform(-half, half), left, up);
     if (side < 2) {
       at.y() = -0.25 + random.uniform(-0.04, 0.04);
     } else if (side < 4) {
@@ -110,9 +114,8 @@ void add_hedge(MeshBuilder& builder, Random& random, double length_m, double hei
 }
 
 void add_litter(MeshBuilder& builder, Random& random, double radius_m, int leaves) {
-  const std::uint32_t foliage[] = {
-      builder.surface(Material::kFoliage, static_cast<std::uint32_t>(random.next()), {0.8F}),
-      builder.surface(Material::kBark, static_cast<std::uint32_t>(random.next()))};
+  const std::uint32_t foliage[] = {builder.surface(Material::kFoliage, random, {0.8F}),
+                                   builder.surface(Material::kBark, random)};
   for (int k = 0; k < leaves; ++k) {
     const double angle = random.uniform(0.0, 2.0 * std::numbers::pi);
     const double distance = radius_m * random.uniform();
@@ -121,14 +124,13 @@ void add_litter(MeshBuilder& builder, Random& random, double radius_m, int leave
     const double size = random.uniform(0.02, 0.05);
     const Point x(size * std::cos(turn), size * std::sin(turn), 0.3 * size);
     const Point y(-size * std::sin(turn), size * std::cos(turn), 0.0);
-    builder.corners(at - x, at - 0.6 * y, at + x, at + 0.6 * y, foliage[random.below(2)],
-                    Uv(random.uniform(0.0, 9.0), random.uniform(0.0, 9.0)));
+    const Uv uv = random_uv(random, 9.0);
+    builder.corners(at - x, at - 0.6 * y, at + x, at + 0.6 * y, foliage[random.below(2)], uv);
   }
 }
 
 void add_tuft(MeshBuilder& builder, Random& random, double radius_m, double height_m, int blades) {
-  const std::uint32_t grass =
-      builder.surface(Material::kGrass, static_cast<std::uint32_t>(random.next()), {1.0F});
+  const std::uint32_t grass = builder.surface(Material::kGrass, random, {1.0F});
   for (int k = 0; k < blades; ++k) {
     const double angle = random.uniform(0.0, 2.0 * std::numbers::pi);
     const double distance = radius_m * std::sqrt(random.uniform());
@@ -137,8 +139,7 @@ void add_tuft(MeshBuilder& builder, Random& random, double radius_m, double heig
     const double size = height_m * random.uniform(0.4, 1.0);
     const Point side(0.03 * std::sin(lean), -0.03 * std::cos(lean), 0.0);
     const Point tip = root + Point(0.4 * size * std::cos(lean), 0.4 * size * std::sin(lean), size);
-    builder.triangle(root - side, root + side, tip, grass,
-                     Uv(random.uniform(0.0, 9.0), random.uniform(0.0, 9.0)));
+    builder.triangle(root - side, root + side, tip, grass, random_uv(random, 9.0));
   }
 }
 

@@ -25,12 +25,11 @@ Bore bore_at(const Maker& maker, double along_m) {
 void make_tunnel(Maker& maker, const Section& section) {
   MeshBuilder builder = maker.unique();
   Random random(maker.draw(0x70BE, section.seed));
-  const auto seed = [&] { return static_cast<std::uint32_t>(random.next()); };
   const auto tone = static_cast<float>(random.uniform(0.5, 0.68));
   const std::vector<double> along = stations(section.begin_m, section.end_m, 1.0);
   for (const bool right : {true, false}) {
     const std::uint32_t wall = builder.surface(
-        Material::kTunnelWall, seed(),
+        Material::kTunnelWall, random,
         {static_cast<float>(kPanel_m), static_cast<float>(kPanelHigh_m), tone, 1.05F});
     ribbon(
         builder, maker.route(), along,
@@ -42,7 +41,7 @@ void make_tunnel(Maker& maker, const Section& section) {
         },
         wall);
   }
-  const std::uint32_t vault = builder.surface(Material::kConcrete, seed(), {0.0F, 0.24F});
+  const std::uint32_t vault = builder.surface(Material::kConcrete, random, {0.0F, 0.24F});
   ribbon(
       builder, maker.route(), along,
       [&](double s) -> std::vector<Across> {
@@ -57,7 +56,7 @@ void make_tunnel(Maker& maker, const Section& section) {
       vault);
   if (maker.profile(0.5 * (section.begin_m + section.end_m)).median_half_m > 0.5) {
     // Walkway at the inner wall of a tube.
-    const std::uint32_t kerb = builder.surface(Material::kConcrete, seed(), {1.0F, 0.34F});
+    const std::uint32_t kerb = builder.surface(Material::kConcrete, random, {1.0F, 0.34F});
     ribbon(
         builder, maker.route(), along,
         [&](double s) -> std::vector<Across> {

@@ -52,9 +52,8 @@ void add_escape_signs(Maker& maker, const Section& section, Random& random) {
   MeshBuilder builder = maker.unique();
   for (const double s :
        steps(section.begin_m + 0.5 * kEscapeEvery_m, section.end_m, kEscapeEvery_m)) {
-    const std::uint32_t face =
-        builder.surface(Material::kSign, static_cast<std::uint32_t>(random.next()),
-                        {0.8F, 0.35F, 7.0F, 0.3F});  // its number is its own
+    const std::uint32_t face = builder.surface(Material::kSign, random,
+                                               {0.8F, 0.35F, 7.0F, 0.3F});  // its number is its own
     for (const bool right : {true, false}) {
       builder.set_frame(on_wall(maker, s, right, 1.35));
       builder.box(Point(-0.42, -0.06, -0.02), Point(0.42, 0.0, 0.37), face, true);
@@ -84,8 +83,7 @@ void add_niches(Maker& maker, const Section& section, Random& random) {
     builder.box(Point(0.35, -0.22, 0.75), Point(0.95, -0.02, 1.75), paint, true);
     builder.quad(Point(-0.5, -0.105, 2.5), Point(1.0, 0.0, 0.0), Point(0.0, 0.0, 0.15), light);
     // Sign at right angles to the wall, seen from afar.
-    const std::uint32_t face = builder.surface(
-        Material::kSign, static_cast<std::uint32_t>(random.next()), {0.6F, 0.6F, 2.0F, 1.0F});
+    const std::uint32_t face = builder.surface(Material::kSign, random, {0.6F, 0.6F, 2.0F, 1.0F});
     for (const double x : {-1.62, -1.56}) {
       builder.quad(Point(x, -0.68, 2.7), Point(0.0, 0.6, 0.0), Point(0.0, 0.0, 0.6), face);
     }

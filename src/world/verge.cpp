@@ -76,32 +76,23 @@ void plant_side(Maker& maker, double begin_m, double end_m, bool right) {
     const double edge = maker.profile(s).edge(right);
     return maker.world.route.point(s, sign * (edge + out), verge_m(maker, s, right, out) - sink);
   };
-  const auto any = [&](const std::vector<std::uint32_t>& meshes) {
-    return meshes[static_cast<std::size_t>(random.below(static_cast<int>(meshes.size())))];
-  };
   for (const double s : steps(begin_m, end_m, 0.8)) {
     // Herbs in drifts, dense where it is not mown.
     const double drift = noise::value(static_cast<float>(s / 17.0), right ? 1.5F : 4.5F,
                                       static_cast<std::uint32_t>(maker.world.spec.seed));
     if (random.chance(0.25 + 0.9 * drift * drift)) {
       const double out = 1.0 + 7.0 * std::pow(random.uniform(), 1.6);
-      maker.put(any(maker.prototypes.tufts),
-                upright_at(place(s, out, 0.02), random.uniform(0.0, 6.28)), random.next(),
-                random.uniform(0.6, 1.5));
+      maker.put_any(maker.prototypes.tufts, place(s, out, 0.02), random, 0.6, 1.5);
     }
     const double thicket = noise::value(static_cast<float>(s / 45.0), right ? 7.5F : 9.5F,
                                         static_cast<std::uint32_t>(maker.world.spec.seed) + 1U);
     if (thicket > 0.5 && random.chance(0.28)) {
       const double out = random.uniform(7.0, 20.0);
-      maker.put(any(maker.prototypes.bushes),
-                upright_at(place(s, out, 0.1), random.uniform(0.0, 6.28)), random.next(),
-                random.uniform(0.8, 1.8));
+      maker.put_any(maker.prototypes.bushes, place(s, out, 0.1), random, 0.8, 1.8);
     }
     if (random.chance(thicket > 0.55 ? 0.16 : 0.018)) {
       const double out = random.uniform(10.0, 36.0);
-      maker.put(any(maker.prototypes.trees),
-                upright_at(place(s, out, 0.2), random.uniform(0.0, 6.28)), random.next(),
-                random.uniform(0.6, 1.15));
+      maker.put_any(maker.prototypes.trees, place(s, out, 0.2), random, 0.6, 1.15);
     }
   }
 }
@@ -111,11 +102,13 @@ void plant_median(Maker& maker, double begin_m, double end_m) {
   for (const double s : steps(begin_m, end_m, 1.1)) {
     const double half = maker.profile(s).median_half_m;
     if (half > 1.2 && random.chance(0.45)) {
+      const double scale = random.uniform(0.5, 1.2);
+      const std::uint64_t seed = random.next();
+      const double heading = random.uniform(0.0, 6.28);
+      const Point at = maker.world.route.point(s, random.uniform(-0.6, 0.6) * half, 0.05);
       const auto& tufts = maker.prototypes.tufts;
-      maker.put(tufts[static_cast<std::size_t>(random.below(4))],
-                upright_at(maker.world.route.point(s, random.uniform(-0.6, 0.6) * half, 0.05),
-                           random.uniform(0.0, 6.28)),
-                random.next(), random.uniform(0.5, 1.2));
+      maker.put(tufts[static_cast<std::size_t>(random.below(4))], upright_at(at, heading), seed,
+                scale);
     }
   }
 }

@@ -45,9 +45,9 @@ Visit::Visit(const World& world, const VisitSpec& spec)
     const double heading = random.uniform(-0.035, 0.035) + (turned ? std::numbers::pi : 0.0);
     T_place_car.R = Eigen::AngleAxisd(heading, Eigen::Vector3d::UnitZ()).toRotationMatrix();
     const double middle_m = 0.5 * (size.front_m + size.rear_m);  // of the car off its axle
-    T_place_car.p =
-        Eigen::Vector3d(random.uniform(-slack_m, slack_m), random.uniform(-0.12, 0.12), 0.0) -
-        T_place_car.R.col(0) * middle_m;
+    const double left_m = random.uniform(-0.12, 0.12);
+    T_place_car.p = Eigen::Vector3d(random.uniform(-slack_m, slack_m), left_m, 0.0) -
+                    T_place_car.R.col(0) * middle_m;
     parked_.push_back(
         {mesh, place.T_world_place * T_place_car, 1.0F, static_cast<std::uint32_t>(random.next())});
   }

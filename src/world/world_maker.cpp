@@ -49,6 +49,21 @@ void Maker::put(std::uint32_t mesh, const RigidTransform& T_world_mesh, std::uin
                              static_cast<std::uint32_t>(seed ^ (seed >> 32U))});
 }
 
+void Maker::put(std::uint32_t mesh, const RigidTransform& T_world_mesh, Random& random,
+                double min_scale, double max_scale) {
+  const double scale = random.uniform(min_scale, max_scale);
+  put(mesh, T_world_mesh, random.next(), scale);
+}
+
+void Maker::put_any(std::span<const std::uint32_t> meshes, const Point& position, Random& random,
+                    double min_scale, double max_scale) {
+  const double scale = random.uniform(min_scale, max_scale);
+  const std::uint64_t seed = random.next();
+  const double heading = random.uniform(0.0, 6.28);
+  const int mesh = random.below(static_cast<int>(meshes.size()));
+  put(meshes[static_cast<std::size_t>(mesh)], upright_at(position, heading), seed, scale);
+}
+
 RigidTransform side_frame(const World& world, const SideStreet& street) {
   const double edge_m = profile_at(world.sections, street.along_m).edge(street.right);
   const double sign = street.right ? -1.0 : 1.0;

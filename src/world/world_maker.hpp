@@ -11,6 +11,7 @@
 #include "world/site.hpp"
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 /// How make_world() is split up: each part of the world appends to the world that is being made.
@@ -82,6 +83,12 @@ struct Maker {
   [[nodiscard]] RigidTransform upright(double along_m, double left_m, double up_m = 0.0) const;
   void put(std::uint32_t mesh, const RigidTransform& T_world_mesh, std::uint64_t seed,
            double scale = 1.0);
+  /// The same with a look and a size as they happen.
+  void put(std::uint32_t mesh, const RigidTransform& T_world_mesh, Random& random, double min_scale,
+           double max_scale);
+  /// Any of some meshes, turned as it happens.
+  void put_any(std::span<const std::uint32_t> meshes, const Point& position, Random& random,
+               double min_scale, double max_scale);
 };
 
 /// Frame of a side street: x away from the road from its kerb, z up off the street.
