@@ -12,7 +12,13 @@ from scenario_suite.demo_report import demo_report, demo_table
 from scenario_suite.figures import load_results
 from scenario_suite.plan import Choice, make_plan
 from scenario_suite.rows import ROWS
-from scenario_suite.steps import Book, Runner, program_finder, stop_like_interrupt
+from scenario_suite.steps import (
+    Book,
+    FolderInUseError,
+    Runner,
+    program_finder,
+    stop_like_interrupt,
+)
 
 ROOT = Path(__file__).resolve().parent.parent
 SCENARIO = "mixed"
@@ -45,6 +51,9 @@ def run(out: Path, bins: Path, every_metres: float = 5.0, metres: float = METRES
 
     try:
         done = Runner(book, resolve, tell, show=True).run(plan.steps)
+    except FolderInUseError as error:
+        print(f"demo: {error}", file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         tell("\ninterrupted: the same command goes on from here")
         return 130

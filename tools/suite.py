@@ -22,7 +22,13 @@ from scenario_suite.figures import Hardness, Results, Verdict, hardness, judge, 
 from scenario_suite.plan import Choice, Plan, make_plan, reduced
 from scenario_suite.report import code_version, suite_report
 from scenario_suite.rows import HARD_ROWS, HARD_TIMES, REDUCED_TARGETS, TARGETS
-from scenario_suite.steps import Book, Runner, program_finder, stop_like_interrupt
+from scenario_suite.steps import (
+    Book,
+    FolderInUseError,
+    Runner,
+    program_finder,
+    stop_like_interrupt,
+)
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = """examples:
@@ -60,7 +66,9 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
         "--seeds", type=seed_list, default=default.seeds, metavar="LIST", help="of worlds [1,2]"
     )
     parser.add_argument("--metres", type=float, default=default.metres, help="of each drive [500]")
-    parser.add_argument("--camera-hz", type=float, default=default.camera_hz, help="images [10]")
+    parser.add_argument(
+        "--camera-hz", type=float, default=default.camera_hz, help="images a second [5]"
+    )
     parser.add_argument("--only", default="", metavar="TEXT", help="rows whose name contains it")
     parser.add_argument("--reduced", action="store_true", help="a few rows of short drives")
     parser.add_argument(
@@ -210,6 +218,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             code = int(any(outcome.failed for outcome in book.outcomes.values()))
         elif not runner.run(plan.steps):
             code = 1
+    except FolderInUseError as error:
+        print(f"topoloc-evaluate suite: {error}", file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         tell("\ninterrupted: the same command goes on from here")
         code = 130

@@ -26,7 +26,7 @@ from drive_variant import make_variant, merged
 from scenario_suite.figures import read_json
 from scenario_suite.plan import Choice, make_plan
 from scenario_suite.rows import TARGETS
-from scenario_suite.steps import first_checksum
+from scenario_suite.steps import Book, first_checksum
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -117,6 +117,18 @@ def test_a_second_run_does_nothing_and_an_interrupted_one_goes_on(programs: Fake
     again = programs.calls()
     assert again[0].startswith("topoloc-map build")
     assert all("_truth" in c for c in again) and len(again) == 7
+
+
+def test_a_second_run_is_kept_out_of_the_folder_while_one_is_at_work(
+    programs: FakePrograms, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = programs.folder.parent / "out"
+    out.mkdir()
+    with Book(out).alone():
+        assert run(programs, "--scenarios", "town") == 1
+    assert "another run is at work there" in capsys.readouterr().err
+    assert programs.calls() == []
+    assert run(programs, "--scenarios", "town") == 0
 
 
 def test_an_interrupt_ends_the_program_writes_the_report_and_is_gone_on_from(

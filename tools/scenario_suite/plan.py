@@ -37,7 +37,7 @@ class Choice:
     only: str = ""
     reduced: bool = False
     models: Path = Path()  # folder of the model files
-    camera_hz: float = 10.0
+    camera_hz: float = 5.0
     node_spacing_m: float = 5.0
     overlays: bool = False
 

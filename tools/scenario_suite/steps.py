@@ -11,6 +11,7 @@ has no such file.
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import json
 import os
@@ -75,6 +76,10 @@ class Outcome:
     command: tuple[str, ...] = ()  # words as run
 
 
+class FolderInUseError(RuntimeError):
+    """Another run is at work in the results folder."""
+
+
 @dataclass
 class Book:
     """The outcomes so far of all steps of a results folder."""
@@ -107,6 +112,16 @@ class Book:
         part = file.with_suffix(".part")
         part.write_text(json.dumps(outcome.__dict__, indent=1))
         part.replace(file)
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """Keeps a second run out of the folder, which would remove what this one is writing."""
+        with (self.folder / "lock").open("w") as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise FolderInUseError(f"{self.folder}: another run is at work there") from None
+            yield
 
 
 def file_checksum(path: Path) -> str:
@@ -265,7 +280,7 @@ class Runner:
         left_s = sum(step.seconds for step in left)
         running: dict[Future[Outcome], Step] = {}
         begin = time.monotonic()
-        with ThreadPoolExecutor(self.jobs) as pool, ending_programs():
+        with self.book.alone(), ThreadPoolExecutor(self.jobs) as pool, ending_programs():
             while left or running:
                 waiting = {s.name for s in [*left, *running.values()]}
                 for step in list(left):
