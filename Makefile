@@ -37,7 +37,7 @@ bench-process: build
 	@cmake --preset traps
 	@cmake --build build/traps --target topoloc-localise
 
-hil: bench-process ## Vehicle process on a virtual CAN bus, in real time, with the recorded drive
+hil: bench-process ## Vehicle process on a virtual CAN bus, in real time (DRIVE=; else the shared drive, or a simulated one)
 	@.venv/bin/python tools/hil.py $(if $(DRIVE),--drive "$(DRIVE)")
 
 hil-faults: PRESET = release

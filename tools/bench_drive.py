@@ -49,6 +49,8 @@ def bench_drive(given: Path | None, work: Path, bins: Path) -> tuple[Path, Path]
     clouds = [c for c in (recorded / "cloud.laz", recorded / "cloud.ply") if c.is_file()]
     if not clouds:
         sys.exit(f"{recorded}: a drive folder without cloud.laz or cloud.ply: nothing to map it by")
+    if drive.resolve() == recorded.resolve():
+        return drive, clouds[0]
     if is_new_source(drive, recorded.resolve()) or outdated(
         drive / "vehicle.yaml", [recorded / "vehicle.yaml"]
     ):

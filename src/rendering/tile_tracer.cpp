@@ -15,8 +15,8 @@ bool alike(const Hit& a, const Hit& b) {
          std::abs(a.distance_m - b.distance_m) < 0.5 * a.distance_m;
 }
 
-/// Each row and each column of a tile has as different samples as there are: no line thinner than
-/// a pixel slips between them.
+/// Each row and each column of a tile has as different samples as there are, so that few edges and
+/// lines slip between them.
 std::size_t first_sample(int row, int column, std::size_t samples) {
   constexpr std::array<int, TileTracer::kSide> kTurn{0, 2, 1, 3};
   const int place = (column + kTurn[static_cast<std::size_t>(row)]) % TileTracer::kSide;

@@ -21,7 +21,9 @@ namespace topoloc::rendering {
 /// Each pixel of a tile casts one ray first, at another place of the pixel and moment of the
 /// exposure than its neighbours. Where all meet one flat surface, all in the sun or all in shadow,
 /// the pixels' other samples are computed on its plane. Elsewhere all are cast: edges, shadows'
-/// too, are as smooth as with all samples everywhere.
+/// too, are as smooth as with all samples everywhere, but for what all first rays miss: a tenth of
+/// the tiles that an edge crosses, a sixth of those with a line half a pixel wide, and most spots
+/// smaller than a pixel.
 class TileTracer {
  public:
   static constexpr int kSide = 4;  ///< as many pixels as Embree takes rays at a time

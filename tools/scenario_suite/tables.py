@@ -55,7 +55,7 @@ def hardness_table(entries: list[Hardness]) -> Html:
     table = Table(["target", "at most", "row", "times the target", ""], texts=[2, 4])
     for entry in entries:
         target = entry.target
-        times = "lost" if entry.times == math.inf else number(entry.times, 1)
+        times = "hardly a pose" if entry.times == math.inf else number(entry.times, 1)
         table.add(
             f"{target.scenario} {target.row}: {NAMES[target.figure]}",
             f"{target.limit:g}",

@@ -58,11 +58,17 @@ std::string print_of(const world::World& world, const world::Visit& visit) {
     }
     for (const world::Triangle& triangle : mesh.triangles) {
       print.add(triangle.surface);
+      for (const std::uint32_t vertex : triangle.vertices) {
+        print.add(vertex);
+      }
     }
   }
   print.add(world.instances);
   for (const world::Lamp& lamp : world.lamps) {
     print.add(lamp.position_m);
+    print.add(lamp.direction);
+    print.add(Eigen::Vector2d(lamp.intensity, lamp.cos_cone));
+    print.add(lamp.always_on ? 1U : 0U);
   }
   print.add(visit.parked());
   print.add(visit.moving(5.0, 60.0, world.lanes(60.0).front().left_m));
@@ -77,7 +83,8 @@ struct Print {
 class WorldVersion : public testing::TestWithParam<Print> {};
 
 // One version of the worlds, one world for a seed: whatever compiler made it, and with whatever
-// options. A world that is changed needs another kWorldVersion, and then other prints here.
+// options. A world that is changed needs another kWorldVersion, and then other prints here. (What
+// surfaces look like is not in the prints: rounded or not, it is the last bits of many sums.)
 TEST_P(WorldVersion, MeansTheSameWorldEverywhere) {
   ASSERT_EQ(kWorldVersion, 2);
   const world::World world = world::make_world({GetParam().scenario, 5, 150.0});
@@ -85,10 +92,10 @@ TEST_P(WorldVersion, MeansTheSameWorldEverywhere) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, WorldVersion,
-                         testing::Values(Print{world::Scenario::kTown, "9959ae9f6febc241"},
-                                         Print{world::Scenario::kHighway, "77b6ab582d74a3c9"},
-                                         Print{world::Scenario::kTunnel, "6b657168923bd44e"},
-                                         Print{world::Scenario::kMixed, "7daa85df6242fac2"}));
+                         testing::Values(Print{world::Scenario::kTown, "1d9f44990bcff19e"},
+                                         Print{world::Scenario::kHighway, "121183422e7c3e5a"},
+                                         Print{world::Scenario::kTunnel, "2a33a34d71ef8cbb"},
+                                         Print{world::Scenario::kMixed, "affe7961e0a7c4a3"}));
 
 }  // namespace
 }  // namespace topoloc::simulation
