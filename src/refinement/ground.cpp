@@ -42,6 +42,7 @@ std::optional<Ground> ground_below(const mapping::CloudGrid& grid, const Eigen::
   }
   // Begin with what lies near the median height; then a plane, and again without what is off it.
   std::vector<double> heights;
+  heights.reserve(points.size());
   for (const Eigen::Vector3d& point : points) {
     heights.push_back(point.z());
   }

@@ -58,7 +58,7 @@ std::vector<Keyframe> choose_keyframes(const drive::Drive& drive, const PoseKnow
       continue;
     }
     const std::int64_t time_ns = frames.time_ns(i);
-    const auto T_odometry = evaluation::pose_at(odometry.turned_by_gyro, time_ns, kMaxPoseGap_ns);
+    const auto T_odometry = evaluation::pose_at(odometry.motion, time_ns, kMaxPoseGap_ns);
     const auto T_filtered = evaluation::pose_at(odometry.filtered, time_ns, kMaxPoseGap_ns);
     if (!T_odometry || !T_filtered ||
         (!keyframes.empty() &&

@@ -11,17 +11,22 @@ namespace topoloc::refinement {
 
 namespace {
 
-/// The same way step by step, with rotations by the gyro.
-evaluation::Trajectory turned_by_gyro(const evaluation::Trajectory& filtered,
-                                      const GyroIntegral& gyro) {
+/// The way step by step: forward by the filter's velocities (in the IMU's axes), turned by the
+/// gyro.
+evaluation::Trajectory integrated(const evaluation::Trajectory& filtered,
+                                  const std::vector<Eigen::Vector3d>& v_imu_mps,
+                                  const GyroIntegral& gyro) {
   evaluation::Trajectory result;
   for (std::size_t i = 0; i < filtered.size(); ++i) {
     if (i == 0) {
       result.push_back(filtered[0]);
       continue;
     }
-    RigidTransform step = filtered[i - 1].T_world_imu.inverse() * filtered[i].T_world_imu;
+    const double seconds = evaluation::kSecondsPerNs *
+                           static_cast<double>(filtered[i].time_ns - filtered[i - 1].time_ns);
+    RigidTransform step;
     step.R = gyro.between(filtered[i - 1].time_ns, filtered[i].time_ns);
+    step.p = 0.5 * seconds * (v_imu_mps[i - 1] + step.R * v_imu_mps[i]);
     result.push_back({filtered[i].time_ns, result.back().T_world_imu * step});
   }
   return result;
@@ -35,10 +40,13 @@ DeadReckoning dead_reckon(const drive::Drive& drive, double start_s,
   options.start_s = start_s;
   options.initial_pose = T_world_imu;
   DeadReckoning result;
+  std::vector<Eigen::Vector3d> v_imu_mps;
   localiser::BatchObserver observer;
   observer.estimate = [&](const estimation::Estimate& estimate) {
     if (result.filtered.empty() || estimate.time_ns > result.filtered.back().time_ns) {
-      result.filtered.push_back({estimate.time_ns, estimate.state.T_world_imu()});
+      const estimation::NominalState& x = estimate.state;
+      result.filtered.push_back({estimate.time_ns, x.T_world_imu()});
+      v_imu_mps.emplace_back(x.R_world_imu.transpose() * x.v_world_imu);
       result.tilt_std_rad.push_back(
           std::sqrt(estimate.P.diagonal().segment<2>(estimation::error_index::kTheta).maxCoeff()));
     }
@@ -50,7 +58,7 @@ DeadReckoning dead_reckon(const drive::Drive& drive, double start_s,
   steady.vehicle.estimator.initial.accel_bias_mps2 = 0.005;
   run_batch(steady, nullptr, nullptr, options, observer);
   const GyroIntegral gyro(drive.imu, drive.vehicle.estimator.initial_gyro_bias_radps);
-  result.turned_by_gyro = turned_by_gyro(result.filtered, gyro);
+  result.motion = integrated(result.filtered, v_imu_mps, gyro);
   return result;
 }
 

@@ -16,7 +16,7 @@ namespace {
 TEST(DeadReckon, FollowsATurn) {
   const TurningDrive drive;
   const evaluation::Trajectory trajectory =
-      dead_reckon(drive.load(), 0.0, TurningDrive::pose_at_s(0.0)).turned_by_gyro;
+      dead_reckon(drive.load(), 0.0, TurningDrive::pose_at_s(0.0)).motion;
   ASSERT_GT(trajectory.size(), 100U);
   EXPECT_EQ(trajectory.front().time_ns, 1000 * TurningDrive::kStart_us);
   EXPECT_NEAR(TurningDrive::seconds(trajectory.back().time_ns), TurningDrive::kSeconds, 0.02);
@@ -31,7 +31,7 @@ TEST(DeadReckon, FollowsATurn) {
 TEST(DeadReckon, HasStrictlyIncreasingTimes) {
   const TurningDrive drive;
   const evaluation::Trajectory trajectory =
-      dead_reckon(drive.load(), 0.0, TurningDrive::pose_at_s(0.0)).turned_by_gyro;
+      dead_reckon(drive.load(), 0.0, TurningDrive::pose_at_s(0.0)).motion;
   EXPECT_TRUE(std::is_sorted(trajectory.begin(), trajectory.end(),
                              [](const auto& a, const auto& b) { return a.time_ns <= b.time_ns; }));
 }
@@ -39,8 +39,7 @@ TEST(DeadReckon, HasStrictlyIncreasingTimes) {
 TEST(DeadReckon, StartsWhereItIsToldTo) {
   const TurningDrive drive;
   const RigidTransform elsewhere{so3::exp({0.0, 0.0, 1.0}), {100.0, -50.0, 7.0}};
-  const evaluation::Trajectory trajectory =
-      dead_reckon(drive.load(), 1.0, elsewhere).turned_by_gyro;
+  const evaluation::Trajectory trajectory = dead_reckon(drive.load(), 1.0, elsewhere).motion;
   ASSERT_FALSE(trajectory.empty());
   EXPECT_NEAR(TurningDrive::seconds(trajectory.front().time_ns), 1.0, 0.02);
   EXPECT_LT(motion_between(elsewhere, trajectory.front().T_world_imu).norm(), 0.15);
@@ -56,7 +55,7 @@ TEST(DeadReckon, LeavesAGyroBiasToThePoseGraph) {
   constexpr double kBias_radps = 0.004;
   const TurningDrive drive(kBias_radps);
   const evaluation::Trajectory trajectory =
-      dead_reckon(drive.load(), 0.0, TurningDrive::pose_at_s(0.0)).turned_by_gyro;
+      dead_reckon(drive.load(), 0.0, TurningDrive::pose_at_s(0.0)).motion;
   const double seconds = TurningDrive::seconds(trajectory.back().time_ns);
   const Vector6 off =
       motion_between(TurningDrive::pose_at_s(seconds), trajectory.back().T_world_imu);
@@ -69,17 +68,46 @@ TEST(DeadReckon, TakesRotationsFromTheGyroAloneAndUpFromTheFilter) {
       TurningDrive::pose_at_s(0.0) * RigidTransform{so3::exp({0.03, -0.03, 0.0}), {0.0, 0.0, 0.0}};
   const TurningDrive drive;
   const DeadReckoning reckoned = dead_reckon(drive.load(), 0.0, tilted);
-  ASSERT_EQ(reckoned.filtered.size(), reckoned.turned_by_gyro.size());
+  ASSERT_EQ(reckoned.filtered.size(), reckoned.motion.size());
   ASSERT_EQ(reckoned.filtered.size(), reckoned.tilt_std_rad.size());
   const double seconds = TurningDrive::seconds(reckoned.filtered.back().time_ns);
   const RigidTransform T_true = TurningDrive::pose_at_s(seconds);
   const auto tilt = [&](const RigidTransform& T) { return (T.R.row(2) - T_true.R.row(2)).norm(); };
   EXPECT_LT(tilt(reckoned.filtered.back().T_world_imu), 0.01);
-  EXPECT_NEAR(tilt(reckoned.turned_by_gyro.back().T_world_imu), 0.03 * std::sqrt(2.0), 0.003);
-  const Eigen::Matrix3d R_turned = reckoned.turned_by_gyro.front().T_world_imu.R.transpose() *
-                                   reckoned.turned_by_gyro.back().T_world_imu.R;
+  EXPECT_NEAR(tilt(reckoned.motion.back().T_world_imu), 0.03 * std::sqrt(2.0), 0.003);
+  const Eigen::Matrix3d R_turned =
+      reckoned.motion.front().T_world_imu.R.transpose() * reckoned.motion.back().T_world_imu.R;
   EXPECT_LT((R_turned - T_true.R).norm(), 0.003);
   EXPECT_GT(reckoned.tilt_std_rad.front(), 5.0 * reckoned.tilt_std_rad.back());
+}
+
+TEST(DeadReckon, StandsWhereTheVehicleStands) {
+  // Standing, the filter sees the gyro's bias, and moves to where the way so far must have led.
+  constexpr std::int64_t kStart_us = TurningDrive::kStart_us;
+  constexpr double kBias_radps = 0.0005;
+  constexpr double kBrake_mps2 = 2.5;
+  const testing::TemporaryFolder temporary;
+  testing::DriveFolder folder(temporary / "drive", testing::tiny_camera());
+  std::vector<testing::CanRow> rows;
+  double speed_mps = 10.0;
+  for (int i = 0; i <= 5000; ++i) {
+    const bool brakes = i > 4000 && speed_mps > 0.0;
+    rows.push_back({.time_us = kStart_us + 10'000 * i,
+                    .specific_force_mps2 = {brakes ? -kBrake_mps2 : 0.0, 0.0, 9.81},
+                    .angular_rate_radps = {0.0, 0.0, kBias_radps},
+                    .speed_mps = speed_mps});
+    speed_mps = std::max(0.0, speed_mps - (brakes ? 0.01 * kBrake_mps2 : 0.0));
+  }
+  folder.write_can_log(rows);
+  const DeadReckoning reckoned = dead_reckon(drive::load_drive(folder.dir()), 0.0, {});
+  const auto moved_m = [](const evaluation::Trajectory& trajectory) {
+    const auto standing = std::find_if(trajectory.begin(), trajectory.end(), [](const auto& pose) {
+      return pose.time_ns > 1000 * (kStart_us + 44'300'000);
+    });
+    return (trajectory.back().T_world_imu.p - standing->T_world_imu.p).norm();
+  };
+  EXPECT_GT(moved_m(reckoned.filtered), 0.3);
+  EXPECT_LT(moved_m(reckoned.motion), 0.03);
 }
 
 TEST(MotionStd, GrowsWithWayAndTime) {
