@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/refinement/surface_track.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <opencv2/imgproc.hpp>
@@ -28,22 +29,21 @@ Eigen::Vector4d to_world(const Eigen::Vector3d& plane_cam, const RigidTransform&
 
 /// Where a point of the first image is to appear in the second.
 struct Prediction {
-  Eigen::Vector2d surface_px;   // if it lies on its surface
-  Eigen::Vector2d infinity_px;  // if it is infinitely far
-  double std_px;                // of where it is seen, per axis
+  Eigen::Vector2d surface_px;  // if it lies on its surface
+  Eigen::Vector2d farther_px;  // if it lies on the same ray, max_times_farther as deep
+  double std_px;               // of where it is seen, per axis
 };
 
 /// It moves along its epipolar line, but as something does that is much farther than its surface.
-bool lies_behind(const Prediction& predicted, const Eigen::Vector2d& seen_px,
-                 double max_times_farther) {
+bool lies_behind(const Prediction& predicted, const Eigen::Vector2d& seen_px) {
   constexpr double kTelling = 3.0;  // deviations
-  const Eigen::Vector2d shift_px = predicted.surface_px - predicted.infinity_px;
-  const Eigen::Vector2d way = shift_px.normalized();
+  const Eigen::Vector2d way_px = predicted.farther_px - predicted.surface_px;
+  const Eigen::Vector2d direction = way_px.normalized();
   const Eigen::Vector2d miss_px = seen_px - predicted.surface_px;
-  const double along_px = miss_px.dot(way);
-  const double across_px = std::abs(way.x() * miss_px.y() - way.y() * miss_px.x());
-  return across_px < kTelling * predicted.std_px && along_px < -kTelling * predicted.std_px &&
-         shift_px.norm() > max_times_farther * (shift_px.norm() + along_px);
+  const double along_px = miss_px.dot(direction);
+  const double across_px = std::abs(direction.x() * miss_px.y() - direction.y() * miss_px.x());
+  return across_px < kTelling * predicted.std_px &&
+         along_px > std::max(kTelling * predicted.std_px, way_px.norm());
 }
 
 struct Follow {
@@ -100,9 +100,9 @@ std::vector<SurfaceTrack> track(const cv::Mat& from, const std::vector<SurfacePo
   for (const SurfacePoint& point : points) {
     const Eigen::Vector3d ray = camera.ray(point.pixel_px);
     const Eigen::Vector3d q_to = T_to_from * (point.depth_m * ray);
-    const Eigen::Vector3d ray_to = T_to_from.R * ray;
+    const Eigen::Vector3d farther = T_to_from * (config.max_times_farther * point.depth_m * ray);
     constexpr double kNearest_m = 1.0;
-    if (q_to.z() < kNearest_m || ray_to.z() <= 0.0 ||
+    if (std::min(q_to.z(), farther.z()) < kNearest_m ||
         !camera.contains(camera.project(q_to), config.window_px / 2)) {
       continue;
     }
@@ -111,7 +111,7 @@ std::vector<SurfaceTrack> track(const cv::Mat& from, const std::vector<SurfacePo
     const Eigen::Vector2d surface_px = camera.project(q_to);
     const double depth_effect_px = (camera.project(deeper) - surface_px).norm();
     predictions.push_back(
-        {surface_px, camera.project(ray_to), std::hypot(config.pixel_std_px, depth_effect_px)});
+        {surface_px, camera.project(farther), std::hypot(config.pixel_std_px, depth_effect_px)});
     start.push_back(to_point(point.pixel_px));
     end.push_back(to_point(surface_px));
   }
@@ -128,7 +128,7 @@ std::vector<SurfaceTrack> track(const cv::Mat& from, const std::vector<SurfacePo
         cv::norm(again[i] - start[i]) > config.max_forward_backward_px ||
         to_mask.at<unsigned char>(static_cast<int>(std::lround(to_px.y())),
                                   static_cast<int>(std::lround(to_px.x()))) == 0 ||
-        lies_behind(predictions[i], to_px, config.max_times_farther)) {
+        lies_behind(predictions[i], to_px)) {
       continue;
     }
     tracks.push_back({*followed[i], to_px, predictions[i].std_px});

@@ -54,9 +54,10 @@ struct TrackConfig {
   /// apart. Taken for a rotation, that pitches the vehicle by a degree over 40 m.
   double max_upward = 0.5;
   double pixel_std_px = 0.7;  ///< of a tracked point, per axis
-  /// What moves as if it were that many times farther than the surface, or more, is mirrored in it
-  /// or seen through it, or moves along with the camera, as the pool of its lamps does: no point of
-  /// the cloud. A wrong wheel scale or calibration is to show, so nothing less is left out.
+  /// What moves as if it were more than that many times as far from the first camera as the surface
+  /// is mirrored in it or seen through it, or moves along with the camera, as the pool of its lamps
+  /// does: no point of the cloud. What is nearer stays, for a wrong wheel scale or calibration to
+  /// show: wheels that tell 1.2 times the way make everything look 1.2 times as far.
   double max_times_farther = 1.5;
 };
 

@@ -20,15 +20,18 @@ double median_of(std::vector<double> values) {
   return *middle;
 }
 
-/// Two photos of a street, half a metre apart, and the corners of the first; made once.
+/// Two photos of a street, half a metre (or six) apart, and the corners of the first; made once.
 class SurfaceTracks : public ::testing::Test {
  protected:
   struct Pair {
+    explicit Pair(double way_m) : step_m(way_m) {}
+
+    double step_m;
     TexturedStreet street{5};
     PinholeCamera camera = TexturedStreet::camera();
     RigidTransform T_world_from = TexturedStreet::vehicle_at(3.0) * TexturedStreet::T_imu_cam();
     RigidTransform T_world_to =
-        moved(TexturedStreet::vehicle_at(3.5),
+        moved(TexturedStreet::vehicle_at(3.0 + step_m),
               (Vector6() << 0.002, 0.004, 0.01, 0.0, 0.05, 0.01).finished()) *
         TexturedStreet::T_imu_cam();
     cv::Mat from = street.photo(T_world_from);
@@ -36,30 +39,31 @@ class SurfaceTracks : public ::testing::Test {
     cv::Mat all{camera.height_px, camera.width_px, CV_8UC1, cv::Scalar(255)};
     mapping::RenderedView view = mapping::render(street.scan(), camera, T_world_from);
     std::vector<SurfacePoint> points = find_surface_points(from, all, view, T_world_from, {}, {});
+    [[nodiscard]] RigidTransform T_to_from() const { return T_world_to.inverse() * T_world_from; }
+    /// The corners as if the cloud had a surface in front of each, so that the street is seen in
+    /// it, or through it, that many times farther away.
+    [[nodiscard]] std::vector<SurfacePoint> in_front(double times_farther) const {
+      std::vector<SurfacePoint> moved_up = points;
+      for (SurfacePoint& point : moved_up) {
+        const Eigen::Vector3d back_m = (1.0 / times_farther - 1.0) * point.depth_m *
+                                       (T_world_from.R * camera.ray(point.pixel_px));
+        point.plane_world(3) += point.plane_world.head<3>().dot(back_m);
+        point.depth_m /= times_farther;
+      }
+      return moved_up;
+    }
+    [[nodiscard]] std::vector<SurfaceTrack> tracks_of(const std::vector<SurfacePoint>& of) const {
+      return track(from, of, to, all, T_to_from(), camera, {});
+    }
   };
   static const Pair& pair() {
-    static const Pair made;
+    static const Pair made(0.5);
     return made;
   }
   static std::vector<SurfaceTrack> tracks(const cv::Mat& to_mask, const RigidTransform& T_to_from) {
     return track(pair().from, pair().points, pair().to, to_mask, T_to_from, pair().camera, {});
   }
-  static RigidTransform T_to_from() { return pair().T_world_to.inverse() * pair().T_world_from; }
-  /// The corners as if the cloud had a surface in front of each, so that the street is seen in it,
-  /// or through it, that many times farther away.
-  static std::vector<SurfacePoint> in_front(double times_farther) {
-    std::vector<SurfacePoint> points = pair().points;
-    for (SurfacePoint& point : points) {
-      const Eigen::Vector3d back_m = (1.0 / times_farther - 1.0) * point.depth_m *
-                                     (pair().T_world_from.R * pair().camera.ray(point.pixel_px));
-      point.plane_world(3) += point.plane_world.head<3>().dot(back_m);
-      point.depth_m /= times_farther;
-    }
-    return points;
-  }
-  static std::vector<SurfaceTrack> tracks_of(const std::vector<SurfacePoint>& points) {
-    return track(pair().from, points, pair().to, pair().all, T_to_from(), pair().camera, {});
-  }
+  static RigidTransform T_to_from() { return pair().T_to_from(); }
   /// Where a pixel of the first photo is on the street.
   static Eigen::Vector3d on_street(const Eigen::Vector2d& pixel_px) {
     const auto hit = pair().street.meet_ray(pair().T_world_from.p,
@@ -142,7 +146,7 @@ TEST_F(SurfaceTracks, DoNotBeginUnderAMaskNorWhereTheCloudHasNoSurface) {
 
 // A mirror, a window: its surface is in the cloud, but what the camera sees there is behind it.
 TEST_F(SurfaceTracks, AreNotOfWhatIsSeenFarBehindTheSurface) {
-  for (const SurfaceTrack& t : tracks_of(in_front(2.5))) {
+  for (const SurfaceTrack& t : pair().tracks_of(pair().in_front(2.5))) {
     const Eigen::Vector3d q = T_to_from() * (t.from.depth_m * pair().camera.ray(t.from.pixel_px));
     EXPECT_LT((pair().camera.project(q) - t.to_px).norm(), 5.0 * t.std_px);
   }
@@ -150,7 +154,21 @@ TEST_F(SurfaceTracks, AreNotOfWhatIsSeenFarBehindTheSurface) {
 
 // The verdict is to tell a wheel scale that is wrong by a quarter, and a calibration as wrong.
 TEST_F(SurfaceTracks, AreKeptWhereTheyMissByWhatACalibrationMayBeWrong) {
-  EXPECT_GT(tracks_of(in_front(1.25)).size(), 9 * tracks_of(pair().points).size() / 10);
+  EXPECT_GT(pair().tracks_of(pair().in_front(1.25)).size(),
+            9 * pair().tracks_of(pair().points).size() / 10);
+}
+
+// How far behind its surface something lies is told by where it is, not by how near one gets to it:
+// after 6 m what was 18 m away looks twice as far as what was 12 m away.
+TEST_F(SurfaceTracks, LieAsFarBehindTheirSurfaceAfterALongWay) {
+  const Pair six_metres(6.0);
+  const auto kept = [&](double times_farther) {
+    return six_metres.tracks_of(six_metres.in_front(times_farther)).size();
+  };
+  const std::size_t all = kept(1.0);
+  ASSERT_GT(all, 20U);
+  EXPECT_GT(kept(1.4), 3 * all / 4);
+  EXPECT_LT(kept(1.65), all / 3);  // what is left is too far to tell
 }
 
 TEST_F(SurfaceTracks, AreNoneWithoutPoints) {
