@@ -9,9 +9,10 @@ and checks: every tick is accounted for, nothing is lost on the way, the poses a
 replaying the journal gives what was published, byte for byte. A run that fails on a machine without
 time to give (a process of highest priority misses its periods, too) is played again; what is the
 process's own duty on any machine counts in each. A stop is too slow if it takes more than 200 ms
-beyond what that process was held up meanwhile; one that takes more only with that is not judged,
-and the run is played again. Exit code: 0 all checks passed, 1 not, 3 all but
-those that the machine had no time for, or there is no virtual CAN.
+beyond what that process was held up meanwhile (but for 20 ms, which the end of the localiser itself
+may hold it up); one that takes more only with that is not judged, and the run is played again. Exit
+code: 0 all checks passed, 1 not, 3 all but those that the machine had no time for, or there is no
+virtual CAN.
 """
 
 from __future__ import annotations
@@ -50,6 +51,9 @@ NO_VCAN = 125  # exit code of tools/with-vcan
 MAX_MISSED_SHARE = 0.005
 NOT_JUDGED = 3  # exit code
 MAX_STOP_MS = 200.0
+# What holds up a process of highest priority in a stop on a machine with time, at most: the kernel,
+# in one piece, while it takes back the localiser's memory. That is the localiser's own.
+END_HOLDS_UP_MS = 20.0
 TRIES = 3
 RETRY_S = 120.0  # no further attempt after that
 STOP_S = 5.0  # from the end of a soak's replay to that of the localiser
@@ -165,8 +169,8 @@ class Attempt:
     @property
     def stop_judged(self) -> bool:
         """Whether a stop that took too long took so long by itself."""
-        own_ms = float(self.ended["stop_ms"]) - float(self.ended["stop_held_up_ms"])
-        return self.had_time and own_ms > MAX_STOP_MS
+        taken_ms = max(0.0, float(self.ended["stop_held_up_ms"]) - END_HOLDS_UP_MS)
+        return self.had_time and float(self.ended["stop_ms"]) - taken_ms > MAX_STOP_MS
 
     @property
     def replay(self) -> dict[str, Any]:
@@ -189,8 +193,8 @@ def judge_attempts(
             break
         print(
             f"{what}, attempt {number} of {TRIES}: the machine gave no time in "
-            f"{100 * attempt.machine_missed:.1f} % of the periods, and for "
-            f"{attempt.ended['stop_held_up_ms']:.0f} ms of the stop",
+            f"{100 * attempt.machine_missed:.1f} % of the periods, held up for "
+            f"{attempt.ended['stop_held_up_ms']:.0f} ms in the stop",
             flush=True,
         )
         if time.monotonic() - begin_s > limit_s:
@@ -430,7 +434,8 @@ def check_ends(checks: Checks, attempt: Attempt, published: Published) -> bool:
     checks.add(
         "stops in time",
         ended["stop_ms"] <= MAX_STOP_MS,
-        f"{ended['stop_ms']:.0f} ms, held up by the machine for {ended['stop_held_up_ms']:.0f} ms",
+        f"{ended['stop_ms']:.0f} ms, in which one of highest priority was held up for "
+        f"{ended['stop_held_up_ms']:.0f} ms",
         attempt.stop_judged,
     )
     heard = bool(published.counters) and bool(published.estimates)

@@ -37,8 +37,9 @@ def judged(of: Attempt, last_status: bool = True) -> Checks:
         (199.0, 0.0, 0.0, True, False),
         (199.0, 150.0, NO_TIME, True, False),
         (204.0, 0.0, 0.0, False, True),
-        (204.0, 3.0, 0.0, False, True),  # 201 ms of its own
-        (204.0, 5.0, 0.0, False, False),
+        (204.0, 20.0, 0.0, False, True),  # so long its own end may hold up others
+        (204.0, 23.0, 0.0, False, True),  # 201 ms of its own
+        (204.0, 25.0, 0.0, False, False),
         (204.0, 0.0, NO_TIME, False, False),
         (900.0, 600.0, 0.0, False, True),
     ],
