@@ -8,8 +8,11 @@ localiser, plays the drive's CAN frames and odd camera frames to it, records wha
 and checks: every tick is accounted for, nothing is lost on the way, the poses are right, and
 replaying the journal gives what was published, byte for byte. A run that fails on a machine without
 time to give (a process of highest priority misses its periods, too) is played again; what is the
-process's own duty on any machine counts in each. Exit code: 0 all checks passed, 1 not, 3 all but
-those that the machine had no time for, or there is no virtual CAN.
+process's own duty on any machine counts in each. A stop is too slow if it takes more than 200 ms
+beyond what that process was held up meanwhile (but for 20 ms, which the end of the localiser itself
+may hold it up); one that takes more only with that is not judged, and the run is played again. Exit
+code: 0 all checks passed, 1 not, 3 all but those that the machine had no time for, or there is no
+virtual CAN.
 """
 
 from __future__ import annotations
@@ -48,6 +51,9 @@ NO_VCAN = 125  # exit code of tools/with-vcan
 MAX_MISSED_SHARE = 0.005
 NOT_JUDGED = 3  # exit code
 MAX_STOP_MS = 200.0
+# What holds up a process of highest priority in a stop on a machine with time, at most: the kernel,
+# in one piece, while it takes back the localiser's memory. That is the localiser's own.
+END_HOLDS_UP_MS = 20.0
 TRIES = 3
 RETRY_S = 120.0  # no further attempt after that
 STOP_S = 5.0  # from the end of a soak's replay to that of the localiser
@@ -161,6 +167,12 @@ class Attempt:
         return self.machine_missed <= MAX_MACHINE_MISSED
 
     @property
+    def stop_judged(self) -> bool:
+        """Whether a stop that took too long took so long by itself."""
+        taken_ms = max(0.0, float(self.ended["stop_held_up_ms"]) - END_HOLDS_UP_MS)
+        return self.had_time and float(self.ended["stop_ms"]) - taken_ms > MAX_STOP_MS
+
+    @property
     def replay(self) -> dict[str, Any]:
         summary: dict[str, Any] = json.loads((self.out / "replay.json").read_text())
         return summary
@@ -169,19 +181,20 @@ class Attempt:
 def judge_attempts(
     what: str, play_once: Callable[[], Attempt], judge: Callable[[Attempt], Checks], limit_s: float
 ) -> Checks:
-    """Plays up to three times, until a run passed, had its time, or shows what is wrong on any
-    machine. None begins later than `limit_s` after the first."""
+    """Plays up to three times, until a run passed or shows something to be held against the
+    process. None begins later than `limit_s` after the first."""
     found = Checks()
     begin_s = time.monotonic()
     for number in range(1, TRIES + 1):
         attempt = play_once()
         checks = judge(attempt)
         found.add_attempt(checks)
-        if attempt.had_time or found.passed or checks.failed:
+        if checks.passed or found.passed or checks.failed:
             break
         print(
             f"{what}, attempt {number} of {TRIES}: the machine gave no time in "
-            f"{100 * attempt.machine_missed:.1f} % of the periods",
+            f"{100 * attempt.machine_missed:.1f} % of the periods, held up for "
+            f"{attempt.ended['stop_held_up_ms']:.0f} ms in the stop",
             flush=True,
         )
         if time.monotonic() - begin_s > limit_s:
@@ -413,10 +426,17 @@ def check_ends(checks: Checks, attempt: Attempt, published: Published) -> bool:
         f"exit codes {ended['localiser_exit']} and {ended['replay_exit']}",
     )
     checks.add(
-        "stops in time, with a last status",
-        published.has_last_status and ended["stop_ms"] <= MAX_STOP_MS,
-        f"{ended['stop_ms']:.0f} ms, {'' if published.has_last_status else 'no '}status",
+        "ends with a last status",
+        published.has_last_status,
+        "it came" if published.has_last_status else "none",
         attempt.had_time,
+    )
+    checks.add(
+        "stops in time",
+        ended["stop_ms"] <= MAX_STOP_MS,
+        f"{ended['stop_ms']:.0f} ms, in which one of highest priority was held up for "
+        f"{ended['stop_held_up_ms']:.0f} ms",
+        attempt.stop_judged,
     )
     heard = bool(published.counters) and bool(published.estimates)
     if not heard:

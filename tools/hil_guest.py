@@ -33,6 +33,7 @@ LCM_URL = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4000000"
 # Share of the periods in which a process of highest priority did not run, either: with more, there
 # was no time, whatever the localiser did.
 MAX_MACHINE_MISSED = 0.002
+STOP_WATCH_PERIOD_S = 0.002  # a stop is short
 ESTIMATE_EVERY = 20  # of those that a soak keeps
 
 
@@ -137,11 +138,19 @@ class MachineWatch:
     highest priority that wants to wake up at the estimator's rate."""
 
     PERIOD_S = 0.005
+    PROMPT_S = 0.001  # so late it may be without being held up
 
-    def __init__(self) -> None:
+    def __init__(self, period_s: float = PERIOD_S) -> None:
         self._here, there = multiprocessing.Pipe()
-        self._process = multiprocessing.Process(target=self._run, args=(there,))
+        self._held_up_s = multiprocessing.RawValue("d")
+        self._process = multiprocessing.Process(target=self._run, args=(there, period_s))
         self._process.start()
+        self._here.recv()  # it watches
+
+    @property
+    def held_up_ms(self) -> float:
+        """For how long it was held up so far; a little too short, as it tells by its wakes."""
+        return 1e3 * float(self._held_up_s.value)
 
     def missed_share(self) -> float:
         """Share of the periods in which it did not wake up; ends it."""
@@ -150,15 +159,20 @@ class MachineWatch:
         self._process.join()
         return share
 
-    @classmethod
-    def _run(cls, parent: Connection) -> None:
+    def _run(self, parent: Connection, period_s: float) -> None:
         with contextlib.suppress(PermissionError):
             os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(95))
-        begin = time.monotonic()
+        begin = woken = time.monotonic()
         wakes = periods = 0
+        parent.send(None)
         while not parent.poll():
-            periods = max(periods + 1, int((time.monotonic() - begin) / cls.PERIOD_S))
-            time.sleep(max(0.0, begin + periods * cls.PERIOD_S - time.monotonic()))
+            periods = max(periods + 1, int((time.monotonic() - begin) / period_s))
+            due = begin + periods * period_s
+            time.sleep(max(0.0, due - time.monotonic()))
+            ready = max(due, woken)  # a period that began while it was held up does not count again
+            woken = time.monotonic()
+            if woken - ready > self.PROMPT_S:
+                self._held_up_s.value += woken - ready
             wakes += 1
         parent.send(1.0 - wakes / max(1, periods))
 
@@ -212,18 +226,22 @@ def play(
 
 def stop(
     localiser: subprocess.Popen[bytes], frozen_matcher: FrozenMatcher | None
-) -> tuple[int, float]:
-    """Exit code, and how long it took to stop [ms]."""
-    begin = time.monotonic()
+) -> tuple[int, float, float]:
+    """Exit code, how long it took to stop, and for how long of that the machine gave no time
+    [ms]."""
+    machine = MachineWatch(STOP_WATCH_PERIOD_S)
+    begin, held_up_before_ms = time.monotonic(), machine.held_up_ms
     localiser.send_signal(signal.SIGTERM)
     while localiser.poll() is None and time.monotonic() < begin + MOST_WAIT_S:
         if frozen_matcher:
             frozen_matcher.let_end()
         time.sleep(0.002)
     stop_ms = 1e3 * (time.monotonic() - begin)
+    held_up_ms = machine.held_up_ms - held_up_before_ms
+    machine.missed_share()
     if localiser.poll() is None:
         localiser.kill()
-    return localiser.wait(), stop_ms
+    return localiser.wait(), stop_ms, held_up_ms
 
 
 def finish(logger: subprocess.Popen[bytes], log: Path) -> None:
@@ -276,7 +294,7 @@ def main() -> None:
         replay_exit, frozen_matcher = play(args, localiser)
         machine_missed_share = machine.missed_share()
     time.sleep(0.5 if machine_missed_share <= MAX_MACHINE_MISSED else 3.0)  # for what is on its way
-    localiser_exit, stop_ms = stop(localiser, frozen_matcher)
+    localiser_exit, stop_ms, stop_held_up_ms = stop(localiser, frozen_matcher)
     finish(logger, args.work / "log.lcm")
     result = {
         "started": started,
@@ -284,6 +302,7 @@ def main() -> None:
         "localiser_exit": localiser_exit,
         "replay_exit": replay_exit,
         "stop_ms": stop_ms,
+        "stop_held_up_ms": stop_held_up_ms,
         "machine_missed_share": machine_missed_share,
     }
     (args.work / "run.json").write_text(json.dumps(result, indent=2) + "\n")

@@ -92,18 +92,17 @@ int localise_live(const Options& options) {
     ticks = now;
   }
   service.notify("STOPPING=1");
-  const live::LiveProcess::StillRunning still = process.stop();
+  const bool written = process.stop();
   print_end(process.last_status());
-  if (still.disk) {
+  if (!written) {
     fmt::print(stderr,
                "topoloc-localise: the disk does not answer: the end of the journal, or the last "
                "pose, is not written\n");
   }
-  if (still.disk || still.matcher) {
-    std::fflush(stdout);
-    std::_Exit(still.disk ? kDiskHangs : 0);
-  }
-  return 0;
+  // The system takes back memory, map and models faster than destructors do, and does not wait for
+  // a matcher in the middle of a frame.
+  std::fflush(stdout);
+  std::_Exit(written ? 0 : kDiskHangs);
 }
 
 }  // namespace topoloc::apps

@@ -4,6 +4,8 @@
 
 #include "topoloc/evaluation/trajectory.hpp"
 
+#include "live/stop_event.hpp"
+
 #include <chrono>
 #include <exception>
 #include <system_error>
@@ -48,20 +50,20 @@ std::optional<LastPose> read_last_pose(const std::filesystem::path& file) {
   return LastPose{poses.back().time_ns, poses.back().T_world_imu};
 }
 
-void LastPoseKeeper::run(const std::atomic<bool>& stop) {
-  constexpr auto kPause = std::chrono::milliseconds(20);
+void LastPoseKeeper::run(const StopEvent& stop) {
+  constexpr int kPause_ms = 20;
   std::optional<LastPose> pose;
-  while (true) {
-    const bool stopping = stop.load(std::memory_order_acquire);
-    if (newest_.take(pose, kPause) == realtime::MailboxTake::kTaken) {
-      if (pose) {
-        failed_.fetch_add(write_last_pose(file_, *pose) ? 0 : 1, std::memory_order_relaxed);
-      } else {
-        std::error_code ignored;
-        std::filesystem::remove(file_, ignored);
-      }
-    } else if (stopping) {
-      return;
+  bool stopping = false;
+  while (!stopping) {
+    stopping = stop.wait(kPause_ms);
+    if (newest_.take(pose, std::chrono::nanoseconds::zero()) != realtime::MailboxTake::kTaken) {
+      continue;
+    }
+    if (pose) {
+      failed_.fetch_add(write_last_pose(file_, *pose) ? 0 : 1, std::memory_order_relaxed);
+    } else {
+      std::error_code ignored;
+      std::filesystem::remove(file_, ignored);
     }
   }
 }

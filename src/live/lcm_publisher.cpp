@@ -4,7 +4,8 @@
 
 #include "topoloc/live/messages.hpp"
 
-#include <poll.h>
+#include "live/stop_event.hpp"
+
 #include <sys/eventfd.h>
 #include <utility>
 
@@ -12,16 +13,6 @@ namespace topoloc::live {
 namespace {
 
 constexpr std::int64_t kStatusPeriod_ns = 1'000'000'000;
-
-/// Sleeps until the estimator has ticked, or for a while.
-void wait_for(int wake_fd) {
-  constexpr int kTimeout_ms = 50;
-  pollfd wake{.fd = wake_fd, .events = POLLIN, .revents = 0};
-  if (poll(&wake, 1, kTimeout_ms) > 0) {
-    eventfd_t ticks = 0;
-    eventfd_read(wake_fd, &ticks);
-  }
-}
 
 }  // namespace
 
@@ -37,13 +28,13 @@ LcmPublisher::LcmPublisher(const Config& config, const HostClock& clock, lcm::LC
   geo_pose_.crs = config.crs;
 }
 
-void LcmPublisher::run(const std::atomic<bool>& stop) {
+void LcmPublisher::run(const StopEvent& stop) {
+  constexpr int kTimeout_ms = 50;
   std::int64_t next_status_ns = start_ns_ + kStatusPeriod_ns;
   while (true) {
-    const bool stopping = stop.load(std::memory_order_acquire);
-    if (!stopping) {
-      wait_for(wake_fd_);
-    }
+    const bool stopping = stop.wait(kTimeout_ms, wake_fd_);
+    eventfd_t ticks = 0;
+    eventfd_read(wake_fd_, &ticks);
     publish_outputs();
     if (stopping && outputs_.size() == 0) {
       break;

@@ -2,11 +2,11 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/live/lcm_receiver.hpp"
 
+#include "live/stop_event.hpp"
+
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <span>
-#include <thread>
 #include <topoloc/command_t.hpp>
 #include <topoloc/initial_pose_t.hpp>
 #include <utility>
@@ -52,14 +52,15 @@ LcmReceiver::LcmReceiver(const Config& config, const HostClock& clock, lcm::LCM&
   }
 }
 
-void LcmReceiver::run(const std::atomic<bool>& stop,
+void LcmReceiver::run(const StopEvent& stop,
                       const std::function<void(const ReceiverStatus&)>& report) {
-  constexpr int kTimeout_ms = 20;
-  while (!stop.load(std::memory_order_acquire)) {
-    const int handled = lcm_.handleTimeout(kTimeout_ms);
+  constexpr int kLook_ms = 1000;  // at a connection that may be broken
+  constexpr int kPause_ms = 20;
+  while (!stop.wait(kLook_ms, lcm_.getFileno())) {
+    const int handled = lcm_.handleTimeout(0);
     if (handled < 0) {
       ++status_.lcm_failed;
-      std::this_thread::sleep_for(std::chrono::milliseconds(kTimeout_ms));
+      (void)stop.wait(kPause_ms);
     }
     if (handled != 0) {
       report(status_);

@@ -12,13 +12,12 @@
 #include "topoloc/transport/lcm_connection.hpp"
 
 #include "live/cpu_affinity.hpp"
-#include "live/wake_event.hpp"
+#include "live/stop_event.hpp"
 
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
-#include <sys/eventfd.h>
 #include <thread>
 #include <utility>
 
@@ -195,7 +194,6 @@ struct LiveProcess::Impl {
       constexpr std::size_t kStackBytes = 8U << 20;  // OpenCV and ONNX Runtime
       matcher_thread.emplace(ordinary("matcher", kStackBytes), [this] {
         matcher->run([this](const MatcherStatus& status) { matcher_status.write(status); });
-        matcher_done.store(true, std::memory_order_release);
       });
     }
   }
@@ -240,36 +238,31 @@ struct LiveProcess::Impl {
     started = true;
   }
 
-  StillRunning stop() {
+  bool stop() {
     if (!started || stopped) {
-      return {};
+      return true;
     }
     stopped = true;
     // Sources first, so that nothing that was taken in is lost on its way out.
-    stop_receiver.store(true, std::memory_order_release);
+    stop_receiver.set();
     frames.close();
     estimator.stop();
+    stop_recorder.set();
     receiver_thread->join();
-    stop_recorder.store(true, std::memory_order_release);
-    stop_publisher.store(true, std::memory_order_release);
-    eventfd_write(wake.fd(), 1);
+    stop_publisher.set();
     publisher_thread->join();
-    stop_last_pose.store(true, std::memory_order_release);
-    const auto running = [](const std::optional<realtime::Thread>& thread,
-                            const std::atomic<bool>& done) {
-      return thread && !done.load(std::memory_order_acquire);
+    stop_last_pose.set();
+    const auto ended = [](const std::optional<realtime::Thread>& thread,
+                          const std::atomic<bool>& done) {
+      return !thread || done.load(std::memory_order_acquire);
     };
-    StillRunning still;
-    for (int ms = 0; ms < 2000; ++ms) {
-      still = {.matcher = running(matcher_thread, matcher_done),
-               .disk = running(recorder_thread, recorder_done) ||
-                       running(last_pose_thread, last_pose_done)};
-      if (!still.disk && (!still.matcher || ms >= 50)) {
-        break;
-      }
+    const auto written = [&] {
+      return ended(recorder_thread, recorder_done) && ended(last_pose_thread, last_pose_done);
+    };
+    for (int ms = 0; ms < 2000 && !written(); ++ms) {
       std::this_thread::sleep_for(1ms);
     }
-    return still;
+    return written();
   }
 
   config::VehicleConfig vehicle;
@@ -296,13 +289,12 @@ struct LiveProcess::Impl {
   realtime::TripleBuffer<MatcherStatus> matcher_status;
   realtime::TripleBuffer<ReceiverStatus> receiver_status;
   std::atomic<bool> stop_requested{false};
-  std::atomic<bool> stop_receiver{false};
-  std::atomic<bool> stop_publisher{false};
-  std::atomic<bool> stop_recorder{false};
-  std::atomic<bool> stop_last_pose{false};
+  StopEvent stop_receiver;
+  StopEvent stop_publisher;
+  StopEvent stop_recorder;
+  StopEvent stop_last_pose;
   std::atomic<bool> recorder_done{false};
   std::atomic<bool> last_pose_done{false};
-  std::atomic<bool> matcher_done{false};
   std::uint64_t can_before_start = 0;
   bool started = false;
   bool stopped = false;
@@ -320,7 +312,7 @@ LiveProcess::~LiveProcess() { impl_->stop(); }
 
 const std::vector<std::string>& LiveProcess::warnings() const { return impl_->warnings; }
 void LiveProcess::start() { impl_->start(); }
-LiveProcess::StillRunning LiveProcess::stop() { return impl_->stop(); }
+bool LiveProcess::stop() { return impl_->stop(); }
 bool LiveProcess::stop_requested() const {
   return impl_->stop_requested.load(std::memory_order_acquire);
 }

@@ -2,9 +2,9 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/live/recorder.hpp"
 
-#include <chrono>
+#include "live/stop_event.hpp"
+
 #include <exception>
-#include <thread>
 
 namespace topoloc::live {
 
@@ -18,19 +18,16 @@ std::string Recorder::open() {
   }
 }
 
-void Recorder::run(const std::atomic<bool>& stop) {
-  constexpr auto kPause = std::chrono::milliseconds(20);
+void Recorder::run(const StopEvent& stop) {
+  constexpr int kPause_ms = 20;
   if (!journal_) {
     return;
   }
   try {
-    while (true) {
-      const bool stopping = stop.load(std::memory_order_acquire);
+    bool stopping = false;
+    while (!stopping) {
+      stopping = stop.wait(kPause_ms);
       write_all();
-      if (stopping) {
-        break;
-      }
-      std::this_thread::sleep_for(kPause);
     }
     journal_->close();
   } catch (const std::exception&) {  // likewise

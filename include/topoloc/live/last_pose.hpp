@@ -14,6 +14,8 @@
 
 namespace topoloc::live {
 
+class StopEvent;
+
 /// A pose kept over a restart of the process.
 struct LastPose {
   std::int64_t time_ns = 0;  ///< Unix
@@ -45,7 +47,7 @@ class LastPoseKeeper {
   void keep(std::optional<LastPose> pose) { newest_.put(pose); }
 
   /// Until `stop` is set and the newest pose is written.
-  void run(const std::atomic<bool>& stop);
+  void run(const StopEvent& stop);
 
   /// Times that the pose could not be written.
   [[nodiscard]] std::uint64_t failed() const { return failed_.load(std::memory_order_relaxed); }

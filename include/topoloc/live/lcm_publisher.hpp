@@ -9,7 +9,6 @@
 #include "topoloc/live/tick.hpp"
 #include "topoloc/realtime/spsc_ring.hpp"
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -20,6 +19,8 @@
 #include <lcm/lcm-cpp.hpp>
 
 namespace topoloc::live {
+
+class StopEvent;
 
 /// Publishes what the estimator hands out, in a thread of its own: an estimate_t (and pose_t,
 /// geo_pose_t) per tick, status and timing once a second. Encodes into one buffer.
@@ -39,7 +40,7 @@ class LcmPublisher {
                realtime::SpscRing<TickOutput>& outputs, int wake_fd, Collect collect);
 
   /// Until `stop` is set and the outputs that were there by then are out; ends with a last status.
-  void run(const std::atomic<bool>& stop);
+  void run(const StopEvent& stop);
 
   [[nodiscard]] const ProcessStatus& status() const { return status_; }
 

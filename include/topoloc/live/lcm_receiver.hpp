@@ -11,13 +11,14 @@
 #include "topoloc/transport/image_view.hpp"
 
 #include <array>
-#include <atomic>
 #include <cstdint>
 #include <functional>
 
 #include <lcm/lcm-cpp.hpp>
 
 namespace topoloc::live {
+
+class StopEvent;
 
 /// What came in over LCM, since the start. Every frame is in one of the counts of `images` or, if
 /// that is kOk, of `timing.stamps`, or it is `wrong_size`.
@@ -46,9 +47,8 @@ class LcmReceiver {
               realtime::Mailbox<CameraFrame>& frames, EstimatorPorts& ports,
               std::function<void()> stop_process);
 
-  /// Until `stop` is set (and at most 20 ms longer). `report` is called after each message, in the
-  /// receiver's thread.
-  void run(const std::atomic<bool>& stop, const std::function<void(const ReceiverStatus&)>& report);
+  /// Until `stop` is set. `report` is called after each message, in the receiver's thread.
+  void run(const StopEvent& stop, const std::function<void(const ReceiverStatus&)>& report);
 
  private:
   template <void (LcmReceiver::*kTake)(const lcm::ReceiveBuffer*)>

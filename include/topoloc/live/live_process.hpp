@@ -29,7 +29,7 @@ class LiveProcess {
   /// locks memory, prefaults stacks. Throws std::runtime_error (and its kin) that says what is
   /// wrong. Block signals that shall end the process before: threads inherit that.
   LiveProcess(config::VehicleConfig vehicle, LiveOptions options);
-  /// Stops it.
+  /// Stops it, and waits for all of its threads.
   ~LiveProcess();
   LiveProcess(const LiveProcess&) = delete;
   LiveProcess& operator=(const LiveProcess&) = delete;
@@ -38,14 +38,13 @@ class LiveProcess {
   [[nodiscard]] const std::vector<std::string>& warnings() const;
 
   void start();
-  /// What stop() could not wait for: then only a quick exit of the whole program is clean.
-  struct StillRunning {
-    bool matcher = false;  ///< in the middle of a frame, of which nothing is wanted any more
-    bool disk = false;     ///< the end of the journal or the last pose is not written
-  };
-  /// Last estimates and a last status go out, the journal is closed. Takes some 100 ms, but for a
-  /// disk that hangs: it is given 2 s.
-  StillRunning stop();
+  /// Last estimates and a last status go out, the journal is closed. Takes some 10 ms, but for a
+  /// disk that hangs: it is given 2 s. False: the end of the journal or the last pose is not
+  /// written.
+  ///
+  /// The matcher may be in the middle of a frame even then. Nothing is wanted of it any more: where
+  /// the program ends, std::_Exit() does not wait for it, nor for a disk, as the destructor does.
+  [[nodiscard]] bool stop();
 
   /// An LCM command asked for the end.
   [[nodiscard]] bool stop_requested() const;

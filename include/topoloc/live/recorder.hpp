@@ -14,6 +14,8 @@
 
 namespace topoloc::live {
 
+class StopEvent;
+
 /// Writes the journal in a thread of its own.
 class Recorder {
  public:
@@ -34,7 +36,7 @@ class Recorder {
 
   /// Until `stop` is set and what was there by then is written. Ends early where the disk is full
   /// or gone: failed(). Ends at once where the journal is not open.
-  void run(const std::atomic<bool>& stop);
+  void run(const StopEvent& stop);
 
   [[nodiscard]] bool failed() const { return failed_.load(std::memory_order_relaxed); }
 

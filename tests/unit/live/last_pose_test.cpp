@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/live/last_pose.hpp"
 
+#include "live/stop_event.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <chrono>
@@ -53,11 +54,14 @@ TEST(JudgeLastPose, LeavesItWhenSensorsAreSwitchedOffAndNothingMoves) {
 
 class LastPoseKeeperTest : public ::testing::Test {
  protected:
-  void run_to_the_end(LastPoseKeeper& keeper) { keeper.run(stopped_); }
+  void run_to_the_end(LastPoseKeeper& keeper) {
+    stop_.set();
+    keeper.run(stop_);
+  }
 
   testing::TemporaryFolder folder_;
   std::filesystem::path file_ = folder_ / "last.tum";
-  std::atomic<bool> stopped_{true};
+  StopEvent stop_;
 };
 
 TEST_F(LastPoseKeeperTest, WritesTheNewestPoseBeforeItEnds) {
@@ -88,14 +92,13 @@ TEST_F(LastPoseKeeperTest, CountsWhatCouldNotBeWrittenAndGoesOn) {
 
 TEST_F(LastPoseKeeperTest, WritesWhileItRuns) {
   LastPoseKeeper keeper(file_);
-  stopped_ = false;
-  std::jthread thread([&] { keeper.run(stopped_); });
+  std::jthread thread([&] { keeper.run(stop_); });
   keeper.keep(last_pose_at(3.0));
   for (int i = 0; i < 500 && !std::filesystem::exists(file_); ++i) {
     std::this_thread::sleep_for(10ms);
   }
   EXPECT_TRUE(std::filesystem::exists(file_));
-  stopped_ = true;
+  stop_.set();
 }
 
 }  // namespace

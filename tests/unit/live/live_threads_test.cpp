@@ -7,7 +7,7 @@
 #include "topoloc/live/match_worker.hpp"
 #include "topoloc/live/recorder.hpp"
 
-#include "live/wake_event.hpp"
+#include "live/stop_event.hpp"
 #include "support/scripted_bus.hpp"
 
 #include <atomic>
@@ -85,7 +85,7 @@ class LiveThreads : public ::testing::Test {
     }
     estimator_.stop();
     mailbox_.close();
-    stop_ = true;
+    stop_.set();
   }
 
   void send_image(std::int64_t time_ns) {
@@ -141,7 +141,7 @@ class LiveThreads : public ::testing::Test {
       ports_,
       &recorded_};
   LastPoseKeeper last_pose_{car_.temporary / "last.tum"};
-  std::atomic<bool> stop_{false};
+  StopEvent stop_;
   std::uint64_t sent_ = 0;  ///< to the receiver
   std::atomic<std::uint64_t> handled_{0};
   std::atomic<bool> asked_to_stop_{false};
@@ -222,6 +222,15 @@ TEST_F(LiveThreads, TakePosesAndCommandsFromLcm) {
   EXPECT_TRUE(asked_to_stop_);
   EXPECT_EQ(publisher_.status().newest.estimate.counters.starts, 1U);
   EXPECT_GT(publisher_.status().newest.estimate.state.p_world_imu.x(), 39.0);
+}
+
+TEST_F(LiveThreads, ReceiverEndsWithoutAMessageToWakeIt) {
+  std::jthread receive([&] { receiver_.run(stop_, [](const ReceiverStatus&) {}); });
+  std::this_thread::sleep_for(50ms);
+  const auto begin = std::chrono::steady_clock::now();
+  stop_.set();
+  receive.join();
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 500ms);  // it looks once a second by itself
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/live/recorder.hpp"
 
+#include "live/stop_event.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <filesystem>
@@ -21,15 +22,14 @@ class RecorderTest : public ::testing::Test {
   testing::TemporaryFolder folder_;
   realtime::SpscRing<NumberedMatchSet> match_sets_{4};
   realtime::SpscRing<RecordedTick> ticks_{4};
-  std::atomic<bool> stopped_{true};
+  StopEvent stop_;
 };
 
 TEST_F(RecorderTest, ThatCannotOpenItsJournalSaysSoAndDoesNothing) {
   Recorder recorder = make(folder_.with("file", "x") / "below");
   EXPECT_THAT(recorder.open(), ::testing::HasSubstr("below: cannot be used for the journal"));
   EXPECT_TRUE(recorder.failed());
-  stopped_ = false;
-  recorder.run(stopped_);  // ends
+  recorder.run(stop_);  // ends
 }
 
 TEST_F(RecorderTest, LeavesTheJournalBeforeWhereItIsUntilItOpens) {
@@ -43,7 +43,8 @@ TEST_F(RecorderTest, LeavesTheJournalBeforeWhereItIsUntilItOpens) {
   EXPECT_EQ(recorder.open(), "");
   EXPECT_EQ(journal_files(flight / "previous").size(), 1U);
   EXPECT_FALSE(recorder.failed());
-  recorder.run(stopped_);
+  stop_.set();
+  recorder.run(stop_);
 }
 
 }  // namespace
