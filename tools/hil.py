@@ -410,15 +410,17 @@ def check_inputs(checks: Checks, published: Published, replay: dict[str, Any],
 def check_ends(checks: Checks, attempt: Attempt, published: Published) -> bool:
     """Whether there is something to check further."""
     ended = attempt.ended
+    checks.add(
+        "localiser starts",
+        ended["started"],
+        f"it ended with exit code {ended['localiser_exit']}"
+        if ended["died_at_the_start"]
+        else "within a minute"
+        if ended["started"]
+        else "not within a minute",
+        attempt.had_time or ended["died_at_the_start"],
+    )
     if not ended["started"]:
-        checks.add(
-            "localiser starts",
-            False,
-            f"it ended with exit code {ended['localiser_exit']}"
-            if ended["died_at_the_start"]
-            else "not within a minute",
-            attempt.had_time or ended["died_at_the_start"],
-        )
         return False
     checks.add(
         "processes ended well",

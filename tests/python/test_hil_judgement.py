@@ -18,8 +18,8 @@ NO_TIME = 10 * MAX_MACHINE_MISSED
 
 def attempt(stop_ms: float, held_up_ms: float, missed: float = 0.0) -> Attempt:
     ended: dict[str, Any] = {
-        "started": True, "localiser_exit": 0, "replay_exit": 0, "stop_ms": stop_ms,
-        "stop_held_up_ms": held_up_ms, "machine_missed_share": missed,
+        "started": True, "died_at_the_start": False, "localiser_exit": 0, "replay_exit": 0,
+        "stop_ms": stop_ms, "stop_held_up_ms": held_up_ms, "machine_missed_share": missed,
     }  # fmt: skip
     return Attempt(Path(), ended)
 
@@ -74,6 +74,22 @@ def test_plays_again_what_could_not_be_judged(
     play_once, unplayed = player(attempts)
     assert judge_attempts("run", play_once, judged, 60.0).finish(None) == exit_code
     assert len(unplayed) == left
+
+
+def test_localiser_that_had_no_time_to_start_is_forgotten_once_it_starts() -> None:
+    late = attempt(100.0, 0.0, NO_TIME)
+    late.ended["started"] = False
+    published = cast(Published, SimpleNamespace(has_last_status=False, counters={}, estimates=[]))
+
+    def judge(of: Attempt) -> Checks:
+        if of is late:
+            checks = Checks()
+            assert not check_ends(checks, of, published)
+            return checks
+        return judged(of)
+
+    play_once, _ = player([late, attempt(100.0, 0.0)])
+    assert judge_attempts("run", play_once, judge, 60.0).finish(None) == 0
 
 
 def test_watch_sees_what_holds_it_up(monkeypatch: pytest.MonkeyPatch) -> None:
