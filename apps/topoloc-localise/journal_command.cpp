@@ -43,32 +43,44 @@ void warn(const std::string& text) { fmt::print(stderr, "topoloc-localise: warni
 
 void tell(const Options& options, const live::ReplaySummary& replay) {
   const live::JournalSummary& summary = replay.journal;
-  if (summary.vehicle_yaml != read_text(options.config)) {
+  if (summary.other_version) {
+    warn(
+        "this replay is not exact: the journal was written by another version of topoloc, and "
+        "this one cannot read all of it");
+  }
+  const bool has_start = !summary.vehicle_yaml.empty();  // else nothing is known of the run
+  if (has_start && summary.vehicle_yaml != read_text(options.config)) {
     warn(options.config.string() + ": is not what the journal was recorded with");
   }
-  if (summary.with_map == options.dead_reckoning) {
+  if (has_start && summary.with_map == options.dead_reckoning) {
     warn(summary.with_map ? "the journal is of a run with a map: leave out --dead-reckoning"
                           : "the journal is of a run without a map: give --dead-reckoning");
   }
-  if (!summary.from_start) {
+  if (!summary.from_start && !summary.other_version) {
     warn(
         fmt::format("the journal begins in the middle of a run: {} ticks before the filter had a "
                     "pose were left out",
                     replay.left_out));
   }
-  if (replay.started > 0) {
-    warn(options.initial_pose.empty()
-             ? "this replay is not exact: the filter was started from the pose that a file of the "
-               "journal begins with, and knew less than the one that was recorded"
-             : "this replay is not exact: the filter was started from --initial-pose");
-  } else if (!summary.from_start) {
+  if (replay.pose_given) {
+    warn(replay.started_from_given
+             ? "this replay is not exact: the filter was started from --initial-pose"
+             : "this replay is not exact: the filter could not be started from --initial-pose, for "
+               "want of inertial data and a wheel speed");
+  }
+  if (replay.started > (replay.started_from_given ? 1U : 0U)) {
+    warn(
+        "this replay is not exact: the filter was started from the pose that a file of the "
+        "journal begins with, and knew less than the one that was recorded");
+  } else if (!summary.from_start && !summary.other_version && !replay.pose_given) {
     warn("this replay is not exact: what the filter knew before is not in the journal");
   }
-  if (summary.lost_ticks + summary.lost_match_sets + summary.unreadable > 0) {
-    warn(
-        fmt::format("the journal has gaps ({} ticks and {} match sets lost, {} places "
-                    "unreadable): the rest may differ from what was published",
-                    summary.lost_ticks, summary.lost_match_sets, summary.unreadable));
+  if (summary.lost_ticks + summary.lost_match_sets + summary.unreadable + summary.missing_files >
+      0) {
+    warn(fmt::format(
+        "the journal has gaps ({} ticks and {} match sets lost, {} places "
+        "unreadable, {} files missing): the rest may differ from what was published",
+        summary.lost_ticks, summary.lost_match_sets, summary.unreadable, summary.missing_files));
   }
 }
 

@@ -7,10 +7,12 @@
 #include "live/journal_messages.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <map>
 #include <optional>
 #include <span>
 #include <stdexcept>
+#include <string_view>
 #include <system_error>
 #include <topoloc/journal_start_t.hpp>
 #include <vector>
@@ -27,8 +29,18 @@ constexpr const char* kTick = "JOURNAL_TICK";
 constexpr const char* kMatchSet = "JOURNAL_MATCH_SET";
 constexpr std::size_t kFiles = 8;
 
-bool is_journal_file(const fs::path& path) {
-  return path.extension() == ".lcm" && path.filename().string().starts_with("journal_");
+constexpr std::string_view kStem = "journal_";
+
+/// Nothing where it is no file of a journal.
+std::optional<std::uint64_t> number_of_file(const fs::path& path) {
+  const std::string stem = path.stem().string();
+  if (path.extension() != ".lcm" || !stem.starts_with(kStem)) {
+    return std::nullopt;
+  }
+  const char* const end = stem.data() + stem.size();
+  std::uint64_t number = 0;
+  const auto [last, error] = std::from_chars(stem.data() + kStem.size(), end, number);
+  return error == std::errc{} && last == end ? std::optional(number) : std::nullopt;
 }
 
 }  // namespace
@@ -37,12 +49,12 @@ std::vector<fs::path> journal_files(const fs::path& folder) {
   std::vector<fs::path> files;
   if (fs::is_directory(folder)) {
     for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-      if (is_journal_file(entry.path())) {
+      if (number_of_file(entry.path())) {
         files.push_back(entry.path());
       }
     }
   }
-  std::sort(files.begin(), files.end());
+  std::ranges::sort(files, {}, number_of_file);
   return files;
 }
 
@@ -145,6 +157,12 @@ class JournalReader {
 
   /// What a power cut leaves may be a file with nothing in it: it counts, and the others are read.
   void read(const fs::path& file) {
+    const std::uint64_t number = number_of_file(file).value_or(0);
+    if (last_number_ && number > *last_number_ + 1) {
+      summary_.missing_files += number - *last_number_ - 1;
+      gap_ = true;
+    }
+    last_number_ = number;
     std::optional<transport::LcmLogReader> log;
     try {
       log.emplace(file);
@@ -155,6 +173,7 @@ class JournalReader {
     }
     ++files_;
     read(*log);
+    gap_ = gap_ || log->damage().truncated;
   }
 
   [[nodiscard]] std::size_t files() const { return files_; }  ///< that could be read
@@ -174,9 +193,17 @@ class JournalReader {
   }
 
   template <typename Message>
-  static bool decode(std::span<const std::byte> data, Message& message) {
+  bool decode(std::span<const std::byte> data, Message& message) {
+    // A whole event that begins with another type's fingerprint is not damaged.
+    std::int64_t fingerprint = 0;
+    const int size = static_cast<int>(data.size());
+    const bool has_one = __int64_t_decode_array(data.data(), 0, size, &fingerprint, 1) >= 0;
+    if (has_one && fingerprint != Message::getHash()) {
+      summary_.other_version = true;
+      return false;
+    }
     try {
-      return message.decode(data.data(), 0, static_cast<int>(data.size())) >= 0;
+      return message.decode(data.data(), 0, size) >= 0;
     } catch (const std::exception&) {  // a damaged length: more memory than there is
       return false;
     }
@@ -226,6 +253,7 @@ class JournalReader {
   const JournalSink& sink_;
   JournalSummary summary_;
   std::size_t files_ = 0;
+  std::optional<std::uint64_t> last_number_;               // of a file
   bool gap_ = true;                                        // what was before is not known
   std::map<std::uint64_t, estimation::MapMatchSet> sets_;  // not yet taken in
   tick_t tick_message_;

@@ -7,19 +7,41 @@
 #include "live/stop_event.hpp"
 
 #include <chrono>
+#include <cmath>
+#include <cstdlib>
 #include <exception>
 #include <system_error>
 
 namespace topoloc::live {
+namespace {
+
+constexpr double kStanding_mps = 0.3;
+
+/// Without inertial data the filter goes on with the last sample, and with nothing else it adds up
+/// their bias and noise: its velocity then says nothing.
+bool knows_velocity(const estimation::Estimate& estimate) {
+  namespace reason = estimation::reason;
+  constexpr std::uint32_t kInertialOnly = reason::kNoSpeed | reason::kNoMapFix;
+  return estimate.mode != estimation::Mode::kUninitialised &&
+         (estimate.reasons & reason::kNoImu) == 0U &&
+         (estimate.reasons & kInertialOnly) != kInertialOnly;
+}
+
+/// The filter may not take them: it needs inertial data of their time.
+bool wheels_turn(const TickOutput& output) {
+  constexpr std::int64_t kFresh_ns = 500'000'000;
+  return std::abs(output.now_ns - output.speed.time_ns) <= kFresh_ns &&
+         std::abs(output.speed.speed_mps) >= kStanding_mps;
+}
+
+}  // namespace
 
 // A vehicle that is switched off loses its sensors one after the other before the process ends.
-// That is no movement, and the pose is what the next start needs. Without inertial data the filter
-// goes on with the last sample, so that its velocity says nothing.
-LastPoseVerdict judge_last_pose(const estimation::Estimate& estimate) {
-  constexpr double kStanding_mps = 0.3;
-  if (estimate.mode == estimation::Mode::kUninitialised ||
-      (estimate.reasons & estimation::reason::kNoImu) != 0U) {
-    return LastPoseVerdict::kLeave;
+// That is no movement, and the pose is what the next start needs.
+LastPoseVerdict judge_last_pose(const TickOutput& output) {
+  const estimation::Estimate& estimate = output.estimate;
+  if (!knows_velocity(estimate)) {
+    return wheels_turn(output) ? LastPoseVerdict::kRemove : LastPoseVerdict::kLeave;
   }
   if (estimate.state.v_world_imu.norm() >= kStanding_mps) {
     return LastPoseVerdict::kRemove;

@@ -102,7 +102,7 @@ void LcmPublisher::keep_last_pose() {
     return;
   }
   const estimation::Estimate& estimate = status_.newest.estimate;
-  switch (judge_last_pose(estimate)) {
+  switch (judge_last_pose(status_.newest)) {
     case LastPoseVerdict::kKeep:
       config_.last_pose->keep(LastPose{estimate.time_ns + status_.newest.system_offset_ns,
                                        estimate.state.T_world_imu()});

@@ -18,6 +18,9 @@ const TickOutput& TickRunner::run(const TickInput& input, const estimation::MapM
   if (input.imu_count > 0) {
     output_.imu = input.imu[input.imu_count - 1];
   }
+  if (input.speed_count > 0) {
+    output_.speed = input.speed[input.speed_count - 1];
+  }
   return output_;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 namespace topoloc::can {
 
@@ -22,12 +23,19 @@ class HardwareClock {
   static constexpr double kMaxDrift = 200e-6;  ///< relative; crystals are better than 100e-6
   /// A greater difference between both is no delay: one of the clocks was set.
   static constexpr std::int64_t kMaxDelay_ns = 50'000'000;
+  /// A step that no frame shows for so long is in the offset already: a great one may be seen by a
+  /// frame before it is told.
+  static constexpr std::int64_t kMaxStepAge_ns = 1'000'000'000;
 
  private:
+  void take_step(std::int64_t hardware_ns, std::int64_t difference_ns) noexcept;
+
   bool running_ = false;
   std::int64_t offset_ns_ = 0;  ///< Unix time less hardware time
   std::int64_t last_hardware_ns_ = 0;
   std::int64_t step_ns_ = 0;  ///< ahead, of which no frame has been seen yet
+  std::optional<std::int64_t>
+      step_since_ns_;  ///< hardware time of the first frame after it was told
 };
 
 }  // namespace topoloc::can

@@ -48,7 +48,7 @@ class JournalWriter {
 /// How a file of a journal begins.
 struct JournalFileStart {
   bool from_start = false;  ///< of the process: nothing was before
-  bool after_gap = false;   ///< the file before is gone or could not be read
+  bool after_gap = false;   ///< the file before is gone, could not be read or ends early
   /// Where the vehicle was then, if the filter knew.
   std::optional<estimation::InitialPose> pose;
 };
@@ -59,13 +59,15 @@ struct JournalSummary {
   std::uint64_t lost_ticks = 0;       ///< the recorder was too slow for them
   std::uint64_t lost_match_sets = 0;  ///< named by a tick, not found
   std::uint64_t unreadable = 0;       ///< messages, damaged places, files that are none
+  std::uint64_t missing_files = 0;    ///< between the first and the last
+  bool other_version = false;         ///< a message is of another version's type, and not read
   bool from_start = false;            ///< the first tick is that of the process
   std::string vehicle_yaml;           ///< text of the configuration it was recorded with
   bool with_map = true;               ///< whether the run had one
 
   /// All is there: an estimator of the same configuration gives what the live one gave.
   [[nodiscard]] bool is_whole() const {
-    return from_start && lost_ticks + lost_match_sets + unreadable == 0;
+    return from_start && lost_ticks + lost_match_sets + unreadable + missing_files == 0;
   }
 };
 

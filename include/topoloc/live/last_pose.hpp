@@ -2,8 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #pragma once
 
-#include "topoloc/estimation/estimator.hpp"
 #include "topoloc/geometry/rigid_transform.hpp"
+#include "topoloc/live/tick.hpp"
 #include "topoloc/realtime/mailbox.hpp"
 
 #include <atomic>
@@ -22,13 +22,13 @@ struct LastPose {
   RigidTransform T_world_imu;
 };
 
-/// What an estimate means for the pose that is kept.
+/// What a tick's output means for the pose that is kept.
 enum class LastPoseVerdict : std::uint8_t {
   kKeep,    ///< the vehicle stands and knows where: keep this pose
   kRemove,  ///< it moves: the pose kept is wrong by the time it would be started from
   kLeave,   ///< neither is known
 };
-LastPoseVerdict judge_last_pose(const estimation::Estimate& estimate);
+LastPoseVerdict judge_last_pose(const TickOutput& output);
 
 /// Writes a TUM file of one pose, whole or not at all. Returns whether it could.
 bool write_last_pose(const std::filesystem::path& file, const LastPose& pose);

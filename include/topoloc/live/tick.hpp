@@ -47,7 +47,8 @@ struct TickOutput {
   std::int64_t now_ns = 0;
   std::int64_t system_offset_ns = 0;
   estimation::Estimate estimate;
-  estimation::ImuSample imu;  ///< newest
+  estimation::ImuSample imu;      ///< newest
+  estimation::SpeedSample speed;  ///< newest, whether the filter takes it or not
 };
 
 /// An estimator that takes ticks. What batch and the live process share: the thread around it and

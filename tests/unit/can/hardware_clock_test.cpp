@@ -88,6 +88,37 @@ TEST(HardwareClock, ForgetsAStepThatWasTakenBack) {
   EXPECT_LT(clock.unix_ns(5 * kTick_ns, delayed_ns), kUnix_ns + 6 * kTick_ns);
 }
 
+// So great that a frame shows it before it is told.
+TEST(HardwareClock, ForgetsAStepThatItHasFollowedAlready) {
+  HardwareClock clock;
+  constexpr std::int64_t kStep_ns = 60 * kTick_ns;
+  EXPECT_EQ(clock.unix_ns(0, kUnix_ns), kUnix_ns);
+  const std::int64_t set_ns = kUnix_ns + kStep_ns;
+  EXPECT_EQ(clock.unix_ns(5 * kTick_ns, set_ns + 5 * kTick_ns), set_ns + 5 * kTick_ns);
+  clock.system_clock_set(kStep_ns);
+  std::int64_t hardware_ns = 10 * kTick_ns;
+  for (; hardware_ns < 1100 * kTick_ns; hardware_ns += 5 * kTick_ns) {
+    EXPECT_EQ(clock.unix_ns(hardware_ns, set_ns + hardware_ns), set_ns + hardware_ns);
+  }
+  const std::int64_t delay_ns = 40 * kTick_ns;
+  EXPECT_LT(clock.unix_ns(hardware_ns, set_ns + hardware_ns + delay_ns),
+            set_ns + hardware_ns + kTick_ns);
+}
+
+TEST(HardwareClock, FollowsAStepAlthoughTheBusWasSilentForLong) {
+  HardwareClock clock;
+  constexpr std::int64_t kStep_ns = 30 * kTick_ns;
+  EXPECT_EQ(clock.unix_ns(0, kUnix_ns), kUnix_ns);
+  clock.system_clock_set(kStep_ns);
+  const std::int64_t hardware_ns = 3000 * kTick_ns;
+  const std::int64_t before_ns = kUnix_ns + hardware_ns;  // the kernel's stamp
+  EXPECT_EQ(clock.unix_ns(hardware_ns, before_ns), before_ns);
+  const std::int64_t time_ns =
+      clock.unix_ns(hardware_ns + kTick_ns, before_ns + kTick_ns + kStep_ns);
+  EXPECT_NEAR(static_cast<double>(time_ns - before_ns), static_cast<double>(kTick_ns + kStep_ns),
+              1e3);
+}
+
 TEST(HardwareClock, FollowsWhenTheControllerStartsAnew) {
   HardwareClock clock;
   clock.unix_ns(5'000 * kTick_ns, kUnix_ns);

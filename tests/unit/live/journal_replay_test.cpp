@@ -120,6 +120,51 @@ TEST_F(JournalReplay, StartsFromAPoseThatIsGiven) {
   EXPECT_NEAR(replayed_.front().estimate.state.p_world_imu.x(), 500.0, 0.5);
 }
 
+TEST_F(JournalReplay, StartsAgainBehindAGapAlthoughAPoseWasGiven) {
+  record_run();
+  const auto files = journal_files(folder_ / "flight");
+  ASSERT_GE(files.size(), 4U);
+  std::filesystem::remove(files[0]);
+  std::filesystem::remove(files[2]);
+  const ReplaySummary summary = replay(pose_at(500.0));
+  EXPECT_EQ(summary.started, 2U);
+  EXPECT_TRUE(summary.started_from_given);
+  EXPECT_NEAR(replayed_.front().estimate.state.p_world_imu.x(), 500.0, 0.5);
+  EXPECT_NEAR(replayed_.back().estimate.state.p_world_imu.x(), x_at(replayed_.back().now_ns), 0.2);
+}
+
+// As a live process does with the last pose, which it offers until there is a wheel speed.
+TEST_F(JournalReplay, StartsAWholeRunFromAPoseThatIsGivenInPlaceOfItsOwn) {
+  for (const std::uint64_t first_speed : {10U, 500U}) {
+    std::filesystem::remove_all(folder_ / "flight");
+    replayed_.clear();
+    record(true, [&](TickInput& tick) {
+      if (tick.tick < first_speed) {
+        tick.speed_count = 0;
+      }
+      if (tick.tick <= first_speed && tick.imu_count > 0) {
+        tick.initial_pose = {tick.imu[0].time_ns, pose_at(0.0)};
+      }
+    });
+    const ReplaySummary summary = replay(pose_at(500.0));
+    EXPECT_FALSE(summary.is_exact());
+    EXPECT_EQ(summary.started, 1U);
+    EXPECT_TRUE(summary.started_from_given);
+    const TickOutput& last = replayed_.back();
+    EXPECT_EQ(last.estimate.counters.starts, 1U);
+    const double way_m = 1e-9 * kSpeed_mps * static_cast<double>(kTicks - first_speed) * kTick_ns;
+    EXPECT_NEAR(last.estimate.state.p_world_imu.x(), 500.0 + way_m, 10.0);
+  }
+}
+
+TEST_F(JournalReplay, SaysThatThereWasNoStartFromThePoseGiven) {
+  record(false, [](TickInput& tick) { tick.speed_count = 0; });
+  const ReplaySummary summary = replay(pose_at(500.0));
+  EXPECT_FALSE(summary.is_exact());
+  EXPECT_FALSE(summary.started_from_given);
+  EXPECT_EQ(summary.started, 0U);
+}
+
 TEST_F(JournalReplay, GoesOnBehindAFileThatCannotBeRead) {
   record_run();
   const auto files = journal_files(folder_ / "flight");

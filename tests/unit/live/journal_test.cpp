@@ -206,6 +206,7 @@ TEST(Journal, IsReadUpToWhereThePowerFailed) {
   const JournalSummary summary = read_all(folder / "flight", read);
   EXPECT_EQ(summary.ticks, 19U);
   EXPECT_EQ(summary.unreadable, 1U);
+  EXPECT_FALSE(summary.other_version);
   EXPECT_FALSE(summary.is_whole());
 }
 
@@ -232,6 +233,70 @@ TEST(Journal, IsReadAlthoughAFileHasNothingInIt) {
   EXPECT_FALSE(summary.is_whole());
   EXPECT_GT(summary.ticks, 50U);
   EXPECT_EQ(summary.vehicle_yaml, "format: 1\n");
+}
+
+TEST(Journal, OfWhichFilesAreMissingInTheMiddleIsNotWhole) {
+  const TemporaryFolder folder;
+  write_ticks(folder / "flight", 200);
+  const std::vector<std::filesystem::path> files = journal_files(folder / "flight");
+  ASSERT_GE(files.size(), 5U);
+  std::filesystem::remove(files[2]);
+  std::filesystem::remove(files[3]);
+  std::vector<bool> after_gap;
+  const JournalSummary summary = read_journal(
+      folder / "flight",
+      {.file = [&](const JournalFileStart& file) { after_gap.push_back(file.after_gap); },
+       .tick = [](const TickInput&, const estimation::MapMatchSet*) {}});
+  EXPECT_TRUE(summary.from_start);
+  EXPECT_EQ(summary.missing_files, 2U);
+  EXPECT_FALSE(summary.is_whole());
+  ASSERT_GE(after_gap.size(), 3U);
+  EXPECT_FALSE(after_gap[1]);
+  EXPECT_TRUE(after_gap[2]);
+}
+
+TEST(Journal, OfAnotherVersionIsReadAsFarAsItCanBe) {
+  const TemporaryFolder folder;
+  write_ticks(folder / "flight", 5);
+  const std::filesystem::path file = folder / "flight" / "journal_000001.lcm";
+  std::string bytes = testing::bytes_of(file);
+  const std::string start = "JOURNAL_START";
+  bytes.at(bytes.find(start) + start.size()) ^= 1;  // the fingerprint of the message's type
+  (void)folder.with("flight/journal_000001.lcm", bytes);
+  std::vector<ReadTick> read;
+  const JournalSummary summary = read_all(folder / "flight", read);
+  EXPECT_TRUE(summary.other_version);
+  EXPECT_FALSE(summary.is_whole());
+  EXPECT_EQ(summary.ticks, 5U);
+}
+
+TEST(Journal, HasAGapBehindAFileThatEndsEarly) {
+  const TemporaryFolder folder;
+  write_ticks(folder / "flight", 200);
+  const std::vector<std::filesystem::path> files = journal_files(folder / "flight");
+  std::filesystem::resize_file(files[1], std::filesystem::file_size(files[1]) / 2);
+  std::vector<bool> after_gap;
+  const JournalSummary summary = read_journal(
+      folder / "flight",
+      {.file = [&](const JournalFileStart& file) { after_gap.push_back(file.after_gap); },
+       .tick = [](const TickInput&, const estimation::MapMatchSet*) {}});
+  EXPECT_FALSE(summary.is_whole());
+  ASSERT_EQ(after_gap.size(), files.size());
+  EXPECT_TRUE(after_gap[2]);
+}
+
+TEST(Journal, IsOfTheFilesWithANumberInItsOrder) {
+  const TemporaryFolder folder;
+  for (const char* name : {"journal_000002.lcm", "journal_1000000.lcm", "journal_999999.lcm",
+                           "journal_copy.lcm", "journal_000003.lcm.part"}) {
+    (void)folder.with(name, "x");
+  }
+  std::vector<std::string> names;
+  for (const std::filesystem::path& file : journal_files(folder / ".")) {
+    names.push_back(file.filename().string());
+  }
+  EXPECT_THAT(names, ::testing::ElementsAre("journal_000002.lcm", "journal_999999.lcm",
+                                            "journal_1000000.lcm"));
 }
 
 TEST(Journal, OfWhichNoFileCanBeReadIsRefused) {
