@@ -89,10 +89,9 @@ std::vector<SurfacePoint> find_surface_points(const cv::Mat& grey, const cv::Mat
   return points;
 }
 
-std::vector<SurfaceTrack> track(const cv::Mat& from, const std::vector<SurfacePoint>& points,
-                                const cv::Mat& to, const cv::Mat& to_mask,
-                                const RigidTransform& T_to_from, const PinholeCamera& camera,
-                                const TrackConfig& config) {
+FollowedPoints track(const cv::Mat& from, const std::vector<SurfacePoint>& points,
+                     const cv::Mat& to, const cv::Mat& to_mask, const RigidTransform& T_to_from,
+                     const PinholeCamera& camera, const TrackConfig& config) {
   std::vector<cv::Point2f> start;
   std::vector<cv::Point2f> end;
   std::vector<const SurfacePoint*> followed;
@@ -115,9 +114,9 @@ std::vector<SurfaceTrack> track(const cv::Mat& from, const std::vector<SurfacePo
     start.push_back(to_point(point.pixel_px));
     end.push_back(to_point(surface_px));
   }
-  std::vector<SurfaceTrack> tracks;
+  FollowedPoints result;
   if (start.empty()) {
-    return tracks;
+    return result;
   }
   const std::vector<unsigned char> forth = Follow{from, to, config}(start, end);
   std::vector<cv::Point2f> again = start;
@@ -127,13 +126,16 @@ std::vector<SurfaceTrack> track(const cv::Mat& from, const std::vector<SurfacePo
     if (forth[i] == 0 || back[i] == 0 || !camera.contains(to_px, 1.0) ||
         cv::norm(again[i] - start[i]) > config.max_forward_backward_px ||
         to_mask.at<unsigned char>(static_cast<int>(std::lround(to_px.y())),
-                                  static_cast<int>(std::lround(to_px.x()))) == 0 ||
-        lies_behind(predictions[i], to_px)) {
+                                  static_cast<int>(std::lround(to_px.x()))) == 0) {
       continue;
     }
-    tracks.push_back({*followed[i], to_px, predictions[i].std_px});
+    if (lies_behind(predictions[i], to_px)) {
+      ++result.behind;
+    } else {
+      result.tracks.push_back({*followed[i], to_px, predictions[i].std_px});
+    }
   }
-  return tracks;
+  return result;
 }
 
 }  // namespace topoloc::refinement

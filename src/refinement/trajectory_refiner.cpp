@@ -270,7 +270,7 @@ class Run {
     for (std::size_t to = begin; to < end; ++to) {
       for (const std::size_t back : kTrackBack) {
         if (to >= back && !looks_[to].image.empty() && !looks_[to - back].image.empty()) {
-          factors.push_back({to - back, to, {}});
+          factors.push_back({to - back, to, {}, 0});
         }
       }
     }
@@ -278,8 +278,11 @@ class Run {
       TrackFactor& factor = factors[i];
       const RigidTransform T_to_from =
           (poses_[factor.to] * T_imu_cam_).inverse() * (poses_[factor.from] * T_imu_cam_);
-      factor.tracks = track(looks_[factor.from].image, looks_[factor.from].points,
-                            looks_[factor.to].image, mask_, T_to_from, camera_, config_.tracks);
+      FollowedPoints followed =
+          track(looks_[factor.from].image, looks_[factor.from].points, looks_[factor.to].image,
+                mask_, T_to_from, camera_, config_.tracks);
+      factor.tracks = std::move(followed.tracks);
+      factor.behind = followed.behind;
     });
     std::move(factors.begin(), factors.end(), std::back_inserter(graph_.tracks));
   }

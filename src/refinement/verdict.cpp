@@ -75,6 +75,31 @@ TrackResiduals track_residuals(const SolvedDrive& drive) {
   return result;
 }
 
+/// How many points were followed from one keyframe to the next, and how many of these were left
+/// out: no residual tells of them.
+struct FollowedCount {
+  std::size_t all = 0;
+  std::size_t behind = 0;
+
+  [[nodiscard]] double share_behind() const {
+    return static_cast<double>(behind) / static_cast<double>(all);
+  }
+};
+
+/// From each keyframe to the next; the last is of all together.
+std::vector<FollowedCount> count_followed(const SolvedDrive& drive) {
+  std::vector<FollowedCount> counts(drive.keyframes.size() + 1);
+  for (const TrackFactor& factor : drive.graph.tracks) {
+    if (factor.to == factor.from + 1) {
+      for (FollowedCount* count : {&counts[factor.from], &counts.back()}) {
+        count->all += factor.tracks.size() + factor.behind;
+        count->behind += factor.behind;
+      }
+    }
+  }
+  return counts;
+}
+
 /// Squared normalised distance in space that is no chance (99 %).
 double contradiction_limit() {
   constexpr double kConfidence = 0.99;
@@ -125,15 +150,28 @@ void check_shift(const SolvedDrive& drive, const std::vector<double>& way_m,
   }
 }
 
+/// Of the points followed, if most of them are left out; else nothing.
+std::string complaint_of_behind(const FollowedCount& followed, const RefinementConfig& config) {
+  if (followed.all == 0 || followed.share_behind() <= config.max_behind_share) {
+    return "";
+  }
+  return fmt::format(
+      "of {} points followed from image to image {} move as if they were more than {:.1f} times as "
+      "far as the cloud's surfaces that they are on. Are the wheel scale and the unit of the wheel "
+      "speeds right, and most surfaces no mirrors?",
+      followed.all, followed.behind, config.tracks.max_times_farther);
+}
+
 /// The cloud and the drive as a whole.
 void check_drive(const SolvedDrive& drive, const TrackResiduals& residuals,
-                 const RefinementConfig& config) {
+                 const FollowedCount& followed, const RefinementConfig& config) {
   if (drive.stretches_tried == 0) {
     throw std::runtime_error(
         fmt::format("refinement: the drive is too short: {} frames at least a keyframe's way apart "
                     "have a pose to start from, half a window of views is needed",
                     drive.keyframes.size()));
   }
+  const std::string behind = complaint_of_behind(followed, config);
   const std::size_t found = drive.stretches_registered;
   if (static_cast<double>(found) <
       config.min_registered_share * static_cast<double>(drive.stretches_tried)) {
@@ -142,8 +180,9 @@ void check_drive(const SolvedDrive& drive, const TrackResiduals& residuals,
         "could be registered; the cloud has a road below {} of {} keyframes. Is the cloud of this "
         "place, in the frame of the poses given (not shifted, turned, mirrored or upside down), "
         "with usable intensities? Are the camera's calibration, its extrinsics and its time offset "
-        "right, and its images not dark?",
-        drive.stretches_tried, found, drive.graph.ground.size(), drive.keyframes.size()));
+        "right, and its images not dark?{}{}",
+        drive.stretches_tried, found, drive.graph.ground.size(), drive.keyframes.size(),
+        behind.empty() ? "" : " And ", behind));
   }
   if (drive.lens.significance > config.max_lens_significance) {
     const LensChange& change = drive.lens.change;
@@ -154,6 +193,9 @@ void check_drive(const SolvedDrive& drive, const TrackResiduals& residuals,
         change.radial != 0.0
             ? fmt::format("some {:+.1f} added to its radial distortion", change.radial)
             : fmt::format("some {:.2f} times the camera's focal length", change.focal)));
+  }
+  if (!behind.empty()) {
+    throw std::runtime_error("refinement: " + behind);
   }
   if (residuals.of_all > config.max_track_residual_px) {
     throw std::runtime_error(fmt::format(
@@ -168,7 +210,8 @@ void check_drive(const SolvedDrive& drive, const TrackResiduals& residuals,
 
 std::vector<mapping::RefinedPose> judge(const SolvedDrive& drive, const RefinementConfig& config) {
   const TrackResiduals residuals = track_residuals(drive);
-  check_drive(drive, residuals, config);
+  const std::vector<FollowedCount> followed = count_followed(drive);
+  check_drive(drive, residuals, followed.back(), config);
   const std::vector<double> way_m = way(drive.keyframes);
   check_shift(drive, way_m, config);
   const std::vector<Matrix6> P =
@@ -197,6 +240,9 @@ std::vector<mapping::RefinedPose> judge(const SolvedDrive& drive, const Refineme
     }
     if (residuals.of_keyframe[k]) {
       pose.figures["track_residual_px"] = *residuals.of_keyframe[k];
+    }
+    if (followed[k].all > 0) {
+      pose.figures["behind"] = followed[k].share_behind();
     }
     if (keyframe.T_prior) {
       pose.figures["moved_m"] = (pose.T_world_imu.p - keyframe.T_prior->p).norm();

@@ -48,6 +48,7 @@ struct PriorFactor {
 struct TrackFactor {
   std::size_t from, to;
   std::vector<SurfaceTrack> tracks;
+  std::size_t behind = 0;  ///< points left out, for they lie far behind their surface
 };
 
 /// What is known about the poses of a drive's keyframes.

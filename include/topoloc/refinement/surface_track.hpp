@@ -7,6 +7,7 @@
 #include "topoloc/mapping/lift.hpp"
 #include "topoloc/mapping/render.hpp"
 
+#include <cstddef>
 #include <vector>
 
 #include <Eigen/Core>
@@ -42,6 +43,12 @@ Eigen::Matrix<Scalar, 3, 1> meet(const Eigen::Matrix<Scalar, 3, 1>& origin,
   return origin + along * direction;
 }
 
+/// What comes of following points from one image into another.
+struct FollowedPoints {
+  std::vector<SurfaceTrack> tracks;
+  std::size_t behind = 0;  ///< points followed, but left out: they lie far behind their surface
+};
+
 struct TrackConfig {
   int max_corners = 500;          ///< looked for in an image
   double corner_quality = 0.002;  ///< of the best corner
@@ -69,10 +76,9 @@ std::vector<SurfacePoint> find_surface_points(const cv::Mat& grey, const cv::Mat
                                               const TrackConfig& config);
 
 /// Follows the first image's points into the second (pyramidal Lucas-Kanade from the predicted
-/// place, forth and back). Without those that turn out to lie far behind their surface.
-std::vector<SurfaceTrack> track(const cv::Mat& from, const std::vector<SurfacePoint>& points,
-                                const cv::Mat& to, const cv::Mat& to_mask,
-                                const RigidTransform& T_to_from, const PinholeCamera& camera,
-                                const TrackConfig& config);
+/// place, forth and back).
+FollowedPoints track(const cv::Mat& from, const std::vector<SurfacePoint>& points,
+                     const cv::Mat& to, const cv::Mat& to_mask, const RigidTransform& T_to_from,
+                     const PinholeCamera& camera, const TrackConfig& config);
 
 }  // namespace topoloc::refinement

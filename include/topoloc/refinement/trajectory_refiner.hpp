@@ -73,6 +73,9 @@ struct RefinementConfig {
   double max_lens_significance = 2.5;
   /// Between neighbouring keyframes, median of the drive; more is the wrong calibration.
   double max_track_residual_px = 4.0;
+  /// Between neighbouring keyframes, share of the points followed that lie far behind their surface
+  /// and are left out; if it is most of them, it is not them that are wrong.
+  double max_behind_share = 0.5;
   /// Added to each pose's covariance: what the whole drive shares, such as errors of the
   /// extrinsics and of the cloud (theta [rad], t [m]).
   Vector6 floor_std = (Vector6() << 0.003, 0.003, 0.003, 0.05, 0.05, 0.05).finished();

@@ -65,7 +65,7 @@ struct GraphDrive {
         if (to < by) {
           continue;
         }
-        TrackFactor factor{to - by, to, {}};
+        TrackFactor factor{to - by, to, {}, 0};
         const RigidTransform T_world_from = truth[to - by] * TexturedStreet::T_imu_cam();
         const RigidTransform T_world_to = truth[to] * TexturedStreet::T_imu_cam();
         for (double v = 15.0; v < camera.height_px; v += 30.0) {

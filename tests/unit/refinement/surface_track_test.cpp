@@ -52,7 +52,7 @@ class SurfaceTracks : public ::testing::Test {
       }
       return moved_up;
     }
-    [[nodiscard]] std::vector<SurfaceTrack> tracks_of(const std::vector<SurfacePoint>& of) const {
+    [[nodiscard]] FollowedPoints follow(const std::vector<SurfacePoint>& of) const {
       return track(from, of, to, all, T_to_from(), camera, {});
     }
   };
@@ -61,7 +61,8 @@ class SurfaceTracks : public ::testing::Test {
     return made;
   }
   static std::vector<SurfaceTrack> tracks(const cv::Mat& to_mask, const RigidTransform& T_to_from) {
-    return track(pair().from, pair().points, pair().to, to_mask, T_to_from, pair().camera, {});
+    return track(pair().from, pair().points, pair().to, to_mask, T_to_from, pair().camera, {})
+        .tracks;
   }
   static RigidTransform T_to_from() { return pair().T_to_from(); }
   /// Where a pixel of the first photo is on the street.
@@ -146,7 +147,9 @@ TEST_F(SurfaceTracks, DoNotBeginUnderAMaskNorWhereTheCloudHasNoSurface) {
 
 // A mirror, a window: its surface is in the cloud, but what the camera sees there is behind it.
 TEST_F(SurfaceTracks, AreNotOfWhatIsSeenFarBehindTheSurface) {
-  for (const SurfaceTrack& t : pair().tracks_of(pair().in_front(2.5))) {
+  const FollowedPoints followed = pair().follow(pair().in_front(2.5));
+  EXPECT_GT(followed.behind, followed.tracks.size());
+  for (const SurfaceTrack& t : followed.tracks) {
     const Eigen::Vector3d q = T_to_from() * (t.from.depth_m * pair().camera.ray(t.from.pixel_px));
     EXPECT_LT((pair().camera.project(q) - t.to_px).norm(), 5.0 * t.std_px);
   }
@@ -154,8 +157,9 @@ TEST_F(SurfaceTracks, AreNotOfWhatIsSeenFarBehindTheSurface) {
 
 // The verdict is to tell a wheel scale that is wrong by a quarter, and a calibration as wrong.
 TEST_F(SurfaceTracks, AreKeptWhereTheyMissByWhatACalibrationMayBeWrong) {
-  EXPECT_GT(pair().tracks_of(pair().in_front(1.25)).size(),
-            9 * pair().tracks_of(pair().points).size() / 10);
+  const FollowedPoints right = pair().follow(pair().points);
+  EXPECT_EQ(right.behind, 0U);
+  EXPECT_GT(pair().follow(pair().in_front(1.25)).tracks.size(), 9 * right.tracks.size() / 10);
 }
 
 // How far behind its surface something lies is told by where it is, not by how near one gets to it:
@@ -163,7 +167,7 @@ TEST_F(SurfaceTracks, AreKeptWhereTheyMissByWhatACalibrationMayBeWrong) {
 TEST_F(SurfaceTracks, LieAsFarBehindTheirSurfaceAfterALongWay) {
   const Pair six_metres(6.0);
   const auto kept = [&](double times_farther) {
-    return six_metres.tracks_of(six_metres.in_front(times_farther)).size();
+    return six_metres.follow(six_metres.in_front(times_farther)).tracks.size();
   };
   const std::size_t all = kept(1.0);
   ASSERT_GT(all, 20U);
@@ -171,10 +175,7 @@ TEST_F(SurfaceTracks, LieAsFarBehindTheirSurfaceAfterALongWay) {
   EXPECT_LT(kept(1.65), all / 3);  // what is left is too far to tell
 }
 
-TEST_F(SurfaceTracks, AreNoneWithoutPoints) {
-  EXPECT_TRUE(
-      track(pair().from, {}, pair().to, pair().all, T_to_from(), pair().camera, {}).empty());
-}
+TEST_F(SurfaceTracks, AreNoneWithoutPoints) { EXPECT_TRUE(pair().follow({}).tracks.empty()); }
 
 }  // namespace
 }  // namespace topoloc::refinement

@@ -167,6 +167,7 @@ TEST_F(Verdict, RefusesADriveTooShortForAnyWindow) {
 
 TEST_F(Verdict, SaysNothingOfTracksWhereThereAreNone) {
   EXPECT_FALSE(judged()[5].figures.contains("track_residual_px"));
+  EXPECT_FALSE(judged()[5].figures.contains("behind"));
 }
 
 TEST_F(Verdict, RefusesADriveThatAnotherLensFitsBetter) {
@@ -221,6 +222,40 @@ TEST_F(Verdict, RefusesADriveWhoseTracksMiss) {
   EXPECT_THAT(complaint(),
               AllOf(HasSubstr("4.2 px"), HasSubstr("at most 4.0 px"), HasSubstr("intrinsics"),
                     HasSubstr("extrinsics"), HasSubstr("time offset"), HasSubstr("wheel scale")));
+}
+
+// Wheels that tell 1.6 times the way make everything look 1.6 times as far: too far to be a track.
+TEST_F(Verdict, RefusesADriveMostOfWhosePointsLieFarBehindTheirSurface) {
+  graph_.tracks = drive_.tracks({1});
+  const auto leave_out = [&](double share) {
+    for (TrackFactor& factor : graph_.tracks) {
+      const std::size_t all = factor.tracks.size() + factor.behind;
+      factor.behind = static_cast<std::size_t>(std::ceil(share * static_cast<double>(all)));
+      factor.tracks.resize(all - factor.behind);
+    }
+  };
+  EXPECT_EQ(judged()[5].figures.at("behind"), 0.0);
+  leave_out(0.4);
+  EXPECT_NEAR(judged()[5].figures.at("behind"), 0.4, 0.05);
+  for (const double share : {0.6, 1.0}) {
+    leave_out(share);
+    EXPECT_THAT(complaint(), AllOf(HasSubstr("1.5 times as far"), HasSubstr("wheel scale"),
+                                   HasSubstr("unit of the wheel speeds")));
+  }
+  // Where nothing is registered either, it is the likelier cause.
+  stretches_tried_ = 16;
+  EXPECT_THAT(complaint(), AllOf(HasSubstr("do not agree"), HasSubstr("not dark? And of "),
+                                 HasSubstr("unit of the wheel speeds")));
+}
+
+TEST_F(Verdict, AsksOnlyNeighboursWhatLiesBehind) {
+  graph_.tracks = drive_.tracks({1, 6});
+  for (TrackFactor& factor : graph_.tracks) {
+    if (factor.to != factor.from + 1) {
+      factor.behind = factor.tracks.size() + 100;
+    }
+  }
+  EXPECT_NO_THROW((void)judged());
 }
 
 TEST_F(Verdict, KeepsADriveInWhichAFewTracksMiss) {
