@@ -80,7 +80,7 @@ struct Print {
   const char* text;
 };
 
-class WorldVersion : public testing::TestWithParam<Print> {};
+class WorldVersion : public ::testing::TestWithParam<Print> {};
 
 // One version of the worlds, one world for a seed: whatever compiler made it, and with whatever
 // options. A world that is changed needs another kWorldVersion, and then other prints here. (What
@@ -92,10 +92,10 @@ TEST_P(WorldVersion, MeansTheSameWorldEverywhere) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, WorldVersion,
-                         testing::Values(Print{world::Scenario::kTown, "1d9f44990bcff19e"},
-                                         Print{world::Scenario::kHighway, "121183422e7c3e5a"},
-                                         Print{world::Scenario::kTunnel, "2a33a34d71ef8cbb"},
-                                         Print{world::Scenario::kMixed, "affe7961e0a7c4a3"}));
+                         ::testing::Values(Print{world::Scenario::kTown, "1d9f44990bcff19e"},
+                                           Print{world::Scenario::kHighway, "121183422e7c3e5a"},
+                                           Print{world::Scenario::kTunnel, "2a33a34d71ef8cbb"},
+                                           Print{world::Scenario::kMixed, "affe7961e0a7c4a3"}));
 
 }  // namespace
 }  // namespace topoloc::simulation
