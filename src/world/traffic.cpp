@@ -88,8 +88,8 @@ Instance on_lane(const World& world, const Stream& stream, std::uint32_t mesh, d
 }
 
 // How far the vehicle ahead is off: near for a while, then it draws away and is caught up with
-// again. Never changes faster than the way itself: the vehicle drives on as the ego vehicle does, and
-// makes room, backwards, where that backs up.
+// again. Never changes faster than the way itself: the vehicle drives on as the ego vehicle does,
+// and makes room, backwards, where that backs up.
 double gap_m(std::uint64_t seed, double ego_along_m, double near_from_m, double near_to_m) {
   constexpr double kNear_m = 330.0;
   constexpr double kAway_m = 340.0;
