@@ -233,8 +233,8 @@ class Problem {
     }
     for (const Registration& factor : graph.registrations) {
       if (moves(factor.keyframe, factor.keyframe)) {
-        add_absolute(factor.keyframe, factor.T_world_imu,
-                     inverse_root(factor.shared_by * factor.covariance),
+        const Matrix6 whitening = inverse_root(factor.shared_by * factor.covariance);
+        add_absolute(factor.keyframe, factor.T_world_imu, whitening,
                      new ceres::HuberLoss(config.registration_loss));
       }
     }
