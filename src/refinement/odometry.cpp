@@ -11,11 +11,12 @@ namespace topoloc::refinement {
 
 namespace {
 
-/// The way step by step: forward by the filter's velocities (in the IMU's axes), turned by the
-/// gyro.
-evaluation::Trajectory integrated(const evaluation::Trajectory& filtered,
-                                  const std::vector<Eigen::Vector3d>& v_imu_mps,
-                                  const GyroIntegral& gyro) {
+/// The way step by step, turned by the gyro; where the vehicle hardly moves, by the filter's
+/// velocities (in the IMU's axes).
+evaluation::Trajectory moved_on(const evaluation::Trajectory& filtered,
+                                const std::vector<Eigen::Vector3d>& v_imu_mps,
+                                const GyroIntegral& gyro) {
+  constexpr double kSlow_mps = 0.5;
   evaluation::Trajectory result;
   for (std::size_t i = 0; i < filtered.size(); ++i) {
     if (i == 0) {
@@ -24,9 +25,11 @@ evaluation::Trajectory integrated(const evaluation::Trajectory& filtered,
     }
     const double seconds = evaluation::kSecondsPerNs *
                            static_cast<double>(filtered[i].time_ns - filtered[i - 1].time_ns);
-    RigidTransform step;
+    RigidTransform step = filtered[i - 1].T_world_imu.inverse() * filtered[i].T_world_imu;
     step.R = gyro.between(filtered[i - 1].time_ns, filtered[i].time_ns);
-    step.p = 0.5 * seconds * (v_imu_mps[i - 1] + step.R * v_imu_mps[i]);
+    if (v_imu_mps[i].norm() < kSlow_mps) {
+      step.p = 0.5 * seconds * (v_imu_mps[i - 1] + step.R * v_imu_mps[i]);
+    }
     result.push_back({filtered[i].time_ns, result.back().T_world_imu * step});
   }
   return result;
@@ -58,7 +61,7 @@ DeadReckoning dead_reckon(const drive::Drive& drive, double start_s,
   steady.vehicle.estimator.initial.accel_bias_mps2 = 0.005;
   run_batch(steady, nullptr, nullptr, options, observer);
   const GyroIntegral gyro(drive.imu, drive.vehicle.estimator.initial_gyro_bias_radps);
-  result.motion = integrated(result.filtered, v_imu_mps, gyro);
+  result.motion = moved_on(result.filtered, v_imu_mps, gyro);
   return result;
 }
 
