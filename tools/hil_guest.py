@@ -189,14 +189,26 @@ class FrozenMatcher:
             for task in tasks.iterdir()
             if (task / "comm").read_text().strip() == "matcher"
         )
-        until = time.monotonic() + 5.0
-        while not self._runs(tasks) and time.monotonic() < until:
-            time.sleep(0.001)
+        self._wait_for_a_match(tasks)
         trace = ctypes.CDLL(None, use_errno=True).ptrace
         trace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]
         for request in (self.PTRACE_SEIZE, self.PTRACE_INTERRUPT):
             if trace(request, self._thread, None, None) != 0:
                 raise OSError(ctypes.get_errno(), "the matcher cannot be halted")
+
+    def _wait_for_a_match(self, tasks: Path) -> None:
+        """Until it has begun, at most 5 s. One found at work may be near its end, and a look for a
+        frame that is not there is over at once."""
+        slept = False
+        until = time.monotonic() + 5.0
+        while time.monotonic() < until:
+            runs = self._runs(tasks)
+            if runs and slept:
+                time.sleep(0.003)
+                if self._runs(tasks):
+                    return
+            slept = not runs
+            time.sleep(0.001)
 
     def _runs(self, tasks: Path) -> bool:
         return (tasks / str(self._thread) / "stat").read_text().rpartition(")")[2].split()[0] == "R"
