@@ -153,6 +153,24 @@ def test_wrong_calibration(
     assert len(registrations(table.work / "refused.tmap")) > 5
 
 
+@pytest.mark.parametrize("knows", ["trajectory", "initial pose"])
+def test_wheel_speeds_in_another_unit(table: Table, knows: str) -> None:
+    """Kilometres an hour taken for miles."""
+    start: tuple[str | Path, ...] = ()
+    if knows == "trajectory":
+        drive = drive_without(table, "wheels", "vehicle.yaml")
+    else:
+        drive, pose = beginning(table, 50.0)  # a folder of its own
+        start = (pose, "--odometry", "wheel-imu")
+        (drive / "vehicle.yaml").unlink()
+    vehicle = (table.drive / "vehicle.yaml").read_text()
+    assert "wheel_scale: 1.0" in vehicle
+    (drive / "vehicle.yaml").write_text(vehicle.replace("wheel_scale: 1.0", "wheel_scale: 1.6"))
+    told = complaint(table, table.cloud, drive, *start)
+    assert "more than 1.5 times as far" in told
+    assert "unit of the wheel speeds" in told
+
+
 def test_a_cloud_that_ends_on_the_way(table: Table, points: Points) -> None:
     """Where it ends, nodes are refused; the others are as good as ever."""
     end = place(table, 80.0)
