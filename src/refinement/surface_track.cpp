@@ -96,13 +96,14 @@ FollowedPoints track(const cv::Mat& from, const std::vector<SurfacePoint>& point
   std::vector<cv::Point2f> end;
   std::vector<const SurfacePoint*> followed;
   std::vector<Prediction> predictions;
+  const int margin_px = config.window_px / 2;
   for (const SurfacePoint& point : points) {
     const Eigen::Vector3d ray = camera.ray(point.pixel_px);
     const Eigen::Vector3d q_to = T_to_from * (point.depth_m * ray);
     const Eigen::Vector3d farther = T_to_from * (config.max_times_farther * point.depth_m * ray);
     constexpr double kNearest_m = 1.0;
     if (std::min(q_to.z(), farther.z()) < kNearest_m ||
-        !camera.contains(camera.project(q_to), config.window_px / 2)) {
+        !camera.contains(camera.project(q_to), margin_px)) {
       continue;
     }
     const Eigen::Vector3d deeper = T_to_from * ((point.depth_m + point.depth_std_m) * ray);
