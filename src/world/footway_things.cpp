@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 namespace topoloc::world {
 namespace {
@@ -67,9 +68,9 @@ void add_row_things(Maker& maker, const Section& section, bool right) {
         tree_step_m = random.uniform(9.0, 16.0);
       }
       if (avenue) {
-        const std::span<const std::uint32_t> leafy(maker.prototypes.trees.data(), 4);
-        maker.put_any(leafy, maker.world.route.point(s, kerb + sign * 0.25, profile.kerb_m), random,
-                      0.75, 1.0);
+        const auto no_conifers = std::span<const std::uint32_t>(maker.prototypes.trees).first(4);
+        maker.put_any(no_conifers, maker.world.route.point(s, kerb + sign * 0.25, profile.kerb_m),
+                      random, 0.75, 1.0);
         for (int i = 0; i < 3; ++i) {
           const double at = s + random.uniform(-4.0, 4.0);
           const double left = sign * (profile.edge(right) - random.uniform(0.15, 0.6));

@@ -11,7 +11,6 @@ namespace {
 constexpr double kBelow_m = 2.5;  // walls go down into sloping ground
 
 WindowStyle window_style(MeshBuilder& builder, Random& random, const HouseForm& form) {
-  const auto seed = [&] { return static_cast<std::uint32_t>(random.next()); };
   WindowStyle style;
   style.width_m = random.uniform(0.85, 1.55);
   style.height_m = random.uniform(1.25, std::min(1.75, form.storey_m - 1.15));
@@ -20,7 +19,7 @@ WindowStyle window_style(MeshBuilder& builder, Random& random, const HouseForm& 
   style.layout = random.below(5);
   style.shutters = !form.plain && random.chance(0.3) && style.width_m < 1.25;
   style.lintel = random.chance(0.6);
-  style.pane_seed = seed();
+  style.pane_seed = static_cast<std::uint32_t>(random.next());
   style.frame_tone = static_cast<float>(random.chance(0.75) ? random.uniform(0.62, 0.85)
                                                             : random.uniform(0.1, 0.3));
   style.frame_surface = builder.surface(Material::kConcrete, random,

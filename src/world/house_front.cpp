@@ -112,7 +112,6 @@ void add_door_bay(MeshBuilder& builder, Random& random, double x_m, double width
 
 void add_shop_front(MeshBuilder& builder, Random& random, double width_m, double height_m,
                     std::uint32_t wall) {
-  const auto seed = [&] { return static_cast<std::uint32_t>(random.next()); };
   const std::uint32_t frame = builder.surface(
       Material::kFence, random, {0.0F, static_cast<float>(random.uniform(0.05, 0.6))});
   const double board_m = random.uniform(0.55, 0.85);
@@ -128,7 +127,7 @@ void add_shop_front(MeshBuilder& builder, Random& random, double width_m, double
     wall_around(builder, x, 0.0, bay_m, top_m, x + 0.14, x + bay_m - 0.14, sill_m, top_m, wall);
     reveal(builder, x + 0.14, x + bay_m - 0.14, sill_m, top_m, in_m, frame);
     const std::uint32_t glass = builder.surface(
-        is_door ? Material::kWindow : Material::kShopFront, seed(),
+        is_door ? Material::kWindow : Material::kShopFront, random,
         {static_cast<float>(bay_m - 0.28), static_cast<float>(top_m - sill_m), 3.0F, 0.3F});
     builder.quad(Point(x + 0.14, in_m, sill_m), Point(bay_m - 0.28, 0.0, 0.0),
                  Point(0.0, 0.0, top_m - sill_m), glass);
