@@ -30,6 +30,7 @@ Examples:
   topoloc-simulate --from-world drives/town --light dusk --seed 8 --out drives/town_dusk
   topoloc-simulate --scenario mixed --length-km 0.3 --out drives/short --json -
   topoloc-simulate --scenario tunnel --seed 3 --no-images --ideal-sensors --out drives/ideal
+  topoloc-simulate --scenario town --length-km 5 --no-images --no-cloud --out drives/inertial
 
 The first makes a world and a mapping drive in it: images, IMU and wheels, LiDAR cloud (cloud.laz),
 rough and true trajectory. With --from-world: another day's drive in the same world, with other
@@ -48,6 +49,7 @@ struct Options {
   int image_width_px = 720;
   bool ply = false;
   bool no_images = false;
+  bool no_cloud = false;
   bool ideal_sensors = false;
   bool slip = false;
   std::string json;
@@ -76,8 +78,9 @@ void add_options(CLI::App& app, Options& options) {
                  "Of the camera's images in px; the height is 5/8 of it")
       ->check(CLI::Range(64, 4096))
       ->capture_default_str();
-  app.add_flag("--ply", options.ply, "The cloud as cloud.ply, too");
+  auto* ply = app.add_flag("--ply", options.ply, "The cloud as cloud.ply, too");
   app.add_flag("--no-images", options.no_images, "No camera.lcm: done in seconds");
+  app.add_flag("--no-cloud", options.no_cloud, "No cloud.laz of a mapping drive")->excludes(ply);
   app.add_flag("--ideal-sensors", options.ideal_sensors,
                "No noise, biases, delays or mounting errors; points exactly on their surfaces");
   app.add_flag("--slip", options.slip, "Wheels that spin and lock now and then");
@@ -116,6 +119,7 @@ int simulate(const CLI::App& app, const Options& options) {
   request.seed = options.seed;
   request.light = topoloc::rendering::light_of(options.light);
   request.images = !options.no_images;
+  request.cloud = !options.no_cloud;
   request.ply = options.ply;
   request.ideal_sensors = options.ideal_sensors;
   request.slip = options.slip;

@@ -70,11 +70,15 @@ struct OdometryResidual {
 
   template <typename T>
   bool operator()(const T* motion_from, const T* motion_to, const T* rate_error,
-                  T* residual) const {
+                  const T* turn_error, const T* scale_error, T* residual) const {
     const Pose<T> from = pose_of(start_from, motion_from);
     const Pose<T> to = pose_of(start_to, motion_to);
     const Eigen::Matrix<T, 3, 3> R = from.R.transpose() * to.R;
-    const Eigen::Matrix<T, 3, 1> p = from.R.transpose() * (to.p - from.p);
+    // Odometry has the way turned and scaled.
+    const Eigen::Matrix<T, 3, 1> way = T_from_to.p.cast<T>();
+    const Eigen::Map<const Eigen::Matrix<T, 3, 1>> turn(turn_error);
+    const Eigen::Matrix<T, 3, 1> p =
+        from.R.transpose() * (to.p - from.p) + *scale_error * way + turn.cross(way);
     Eigen::Map<Eigen::Matrix<T, 6, 1>> r(residual);
     Eigen::Matrix<T, 6, 1> xi = away_from<T>(T_from_to, R, p);
     xi.template head<3>() += T(seconds) * Eigen::Map<const Eigen::Matrix<T, 3, 1>>(rate_error);
@@ -114,13 +118,14 @@ struct GroundResidual {
   }
 };
 
-/// A constant error of an inertial sensor is about zero.
+/// A constant error of a sensor is about zero.
+template <int kAxes>
 struct SensorErrorResidual {
   double std;
 
   template <typename T>
   bool operator()(const T* error, T* residual) const {
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < kAxes; ++i) {
       residual[i] = error[i] / std;
     }
     return true;
@@ -195,14 +200,17 @@ class Problem {
     for (const OdometryFactor& factor : graph.odometry) {
       if (moves(factor.from, factor.to)) {
         problem_.AddResidualBlock(
-            new ceres::AutoDiffCostFunction<OdometryResidual, 6, 6, 6, 3>(
+            new ceres::AutoDiffCostFunction<OdometryResidual, 6, 6, 6, 3, 3, 1>(
                 new OdometryResidual{poses[factor.from], poses[factor.to], factor.T_from_to,
                                      factor.seconds, factor.std.cwiseInverse()}),
-            nullptr, motions_[factor.from].data(), motions_[factor.to].data(), rate_error_.data());
+            nullptr, motions_[factor.from].data(), motions_[factor.to].data(), rate_error_.data(),
+            turn_error_.data(), scale_error_.data());
       }
     }
     if (!graph.odometry.empty()) {
       add_sensor_error(graph.rate_error_std_radps, rate_error_);
+      add_sensor_error(graph.turn_error_std_rad, turn_error_);
+      add_sensor_error(graph.scale_error_std, scale_error_);
     }
     for (const GravityFactor& factor : graph.gravity) {
       if (moves(factor.keyframe, factor.keyframe)) {
@@ -304,10 +312,13 @@ class Problem {
   [[nodiscard]] bool moves(std::size_t from, std::size_t to) const {
     return (from >= first_ || to >= first_) && from < poses_.size() && to < poses_.size();
   }
-  void add_sensor_error(double std, std::array<double, 3>& error) {
+  template <std::size_t kAxes>
+  void add_sensor_error(double std, std::array<double, kAxes>& error) {
+    constexpr int kSize = static_cast<int>(kAxes);
+    using Residual = SensorErrorResidual<kSize>;
     problem_.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<SensorErrorResidual, 3, 3>(new SensorErrorResidual{std}),
-        nullptr, error.data());
+        new ceres::AutoDiffCostFunction<Residual, kSize, kSize>(new Residual{std}), nullptr,
+        error.data());
   }
   void add_absolute(std::size_t keyframe, const RigidTransform& measured, const Matrix6& whitening,
                     ceres::LossFunction* loss) {
@@ -319,7 +330,9 @@ class Problem {
   std::size_t first_;
   std::vector<RigidTransform> poses_;
   std::vector<Motion> motions_;
-  std::array<double, 3> rate_error_{};   // [rad/s]
+  std::array<double, 3> rate_error_{};  // [rad/s]
+  std::array<double, 3> turn_error_{};  // [rad]
+  std::array<double, 1> scale_error_{};
   std::array<double, 3> force_error_{};  // [m/s^2]
   double height_m_ = 0.0;                // of the vehicle above the road
   ceres::Problem problem_;

@@ -111,8 +111,10 @@ std::string scenario_json(const DriveSpec& spec, const DriveSummary& summary) {
       {"bus", {{"jitter_s", spec.bus.jitter_s}, {"max_delay_s", spec.bus.max_delay_s}}},
       {"gnss", to_json(spec.gnss)},
       {"camera", camera(spec)}};
-  if (request.mapping) {
+  if (request.mapping && request.cloud) {
     json["survey"] = survey(spec.survey);
+  }
+  if (request.mapping) {
     json["prior"] = to_json(spec.prior);
   }
   return json.dump(2) + "\n";

@@ -141,11 +141,11 @@ DriveSummary simulate_drive(const DriveRequest& request, const fs::path& folder,
   std::optional<world::World> world;
   std::optional<world::Visit> visit;
   std::optional<rendering::Raycaster> raycaster;
-  const bool seen = request.images || request.mapping;
+  const bool surveyed = request.mapping && request.cloud;
   stages.run("world", [&](const Progress&) {
     world.emplace(world::make_world(request.world));
     visit.emplace(*world, spec.visit);
-    if (seen) {
+    if (request.images || surveyed) {
       raycaster.emplace(*world, visit->parked());
     }
   });
@@ -158,7 +158,7 @@ DriveSummary simulate_drive(const DriveRequest& request, const fs::path& folder,
     write_vehicle_files(folder, spec);
     write_sensors(ego, *world, spec, folder, summary);
   });
-  if (request.mapping) {
+  if (surveyed) {
     stages.run("cloud", [&](const Progress& share) {
       summary.survey = write_cloud(*raycaster, ego, *visit, spec, folder, share);
     });

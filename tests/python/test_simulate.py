@@ -108,6 +108,16 @@ def test_same_seed_gives_same_bytes_on_one_processor(mapping: Path, tmp_path: Pa
         assert (tmp_path / "again" / file.name).read_bytes() == file.read_bytes(), file.name
 
 
+def test_without_images_and_cloud_the_motion_is_the_same(mapping: Path, tmp_path: Path) -> None:
+    drive = tmp_path / "inertial"
+    done(SIMULATE, "--scenario", "town", "--seed", SEED, "--length-km", "0.08", "--no-images",
+         "--no-cloud", "--out", drive)  # fmt: skip
+    assert not (drive / "cloud.laz").exists() and not (drive / "camera.lcm").exists()
+    for file in ("can.log", "ground_truth.tum", "prior.tum", "gnss.tum"):
+        assert (drive / file).read_bytes() == (mapping / file).read_bytes(), file
+    assert "survey" not in json.loads((drive / "scenario.json").read_text())
+
+
 def test_existing_folders_are_replaced_only_by_force(another_day: Path, tmp_path: Path) -> None:
     drive = tmp_path / "drive"
     options = ("--from-world", another_day, "--no-images", "--out", drive)

@@ -88,7 +88,7 @@ def test_every_target_has_its_row_in_the_full_plan() -> None:
     for target in TARGETS:
         assert (target.scenario, target.row) in rows
         assert (target.scenario, f"{target.row}_weak") in rows
-        assert (target.scenario, f"{target.row}_reckoning") in rows
+        assert (target.scenario, "reckoning_long") in rows
 
 
 def test_models_get_rows_where_their_files_are(tmp_path: Path) -> None:
@@ -103,7 +103,7 @@ def test_models_get_rows_where_their_files_are(tmp_path: Path) -> None:
 def test_a_second_run_does_nothing_and_an_interrupted_one_goes_on(programs: FakePrograms) -> None:
     assert run(programs, "--scenarios", "town") == 0
     first = programs.calls()
-    assert len([c for c in first if c.startswith("topoloc-simulate")]) == 3
+    assert len([c for c in first if c.startswith("topoloc-simulate")]) == 4
     assert run(programs, "--scenarios", "town") == 0
     assert programs.calls() == []
     # As if it had been stopped in the middle of a step: its product is there, its outcome is not.
@@ -232,12 +232,12 @@ def test_a_world_that_the_weak_baseline_copes_with_is_told(programs: FakeProgram
 
 
 def test_being_lost_does_not_make_a_world_hard(programs: FakePrograms) -> None:
-    programs.errors(town_1_day_reckoning=0.2)
-    programs.lost('["town_1_day_reckoning.tum"]')  # as any without a map for long enough
+    programs.errors(town_1_reckoning_long=0.2)
+    programs.lost('["town_1_reckoning_long.tum"]')  # as any without a map for long enough
     run(programs, "--scenarios", "town")
     entry = next(
         h for h in figures(programs)["hard_enough"]
-        if h["row"] == "day_reckoning" and h["figure"] == "apet_m"
+        if h["row"] == "reckoning_long" and h["figure"] == "apet_m"
     )  # fmt: skip
     assert not entry["hard"] and entry["times"] == pytest.approx(0.2 / 0.15)
 

@@ -269,7 +269,7 @@ def hardness(results: Results, targets: Iterable[Target], rows: Iterable[str]) -
     out = []
     for target in targets:
         for name in rows:
-            row = results.row(target.scenario, f"{target.row}_{name}")
+            row = results.row(target.scenario, name.format(query=target.row))
             if row is None:
                 continue
             value, coverage = row.median(target.figure), row.median("coverage")

@@ -24,7 +24,10 @@ REDUCED_M = 50.0
 REDUCED_HZ = 4.0
 REDUCED_DRIVES = {(target.scenario, target.row) for target in REDUCED_TARGETS}
 # Other traffic and noise than on the mapping drive.
-SEED_OFFSET = {"map": 0, "day": 100, "dusk": 200, "night": 300, "overcast": 400}
+SEED_OFFSET = {"map": 0, "day": 100, "dusk": 200, "night": 300, "overcast": 400, "long": 500}
+# Of the drive for dead reckoning, which needs neither camera nor cloud.
+LONG_KM = 5
+LONG_S = 20.0
 
 
 @dataclass(frozen=True)
@@ -119,7 +122,25 @@ class Planner:
         self.steps.setdefault(step.name, step)
         return step.name
 
+    def simulate_long(self, scenario: str, seed: int) -> str:
+        out = drive_name(scenario, seed, "long")
+        return self.add(
+            Step(
+                name=f"drive_{scenario}_{seed}_long",
+                title=f"{scenario}, seed {seed}: {LONG_KM} km without camera",
+                command=(
+                    "topoloc-simulate", "--scenario", scenario,
+                    "--seed", str(seed + SEED_OFFSET["long"]), "--out", out, "--force",
+                    "--length-km", str(LONG_KM), "--no-images", "--no-cloud",
+                ),
+                products=(out,),
+                seconds=LONG_S,
+            )
+        )  # fmt: skip
+
     def simulate(self, scenario: str, seed: int, query: str) -> str:
+        if query == "long":
+            return self.simulate_long(scenario, seed)
         choice = self.choice
         out = drive_name(scenario, seed, query)
         command = ["topoloc-simulate", "--scenario", scenario]

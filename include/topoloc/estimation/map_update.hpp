@@ -22,8 +22,10 @@ struct MapUpdateConfig {
   RobustKernel kernel = RobustKernel::kCauchy;
   double kernel_width_sigma = 2.0;  ///< c above
   int min_matches = 10;             ///< fewer in the gate: no update
-  double min_gate_share = 0.3;      ///< smaller share of matches in the gate: no update
-  double pose_gate_chi2 = 35.0;     ///< correction against prior covariance, 6 degrees of freedom
+  /// Smaller share of matches in the gate: no update. The matcher has removed its outliers, so
+  /// where many are outside it the matches contradict each other: part of the scene has moved.
+  double min_gate_share = 0.7;
+  double pose_gate_chi2 = 35.0;  ///< correction against prior covariance, 6 degrees of freedom
 };
 
 enum class MapVerdict {

@@ -23,6 +23,7 @@ struct DriveRequest {
   std::uint64_t seed = 1;  ///< of the drive: traffic, parked cars, place in the lane, sensors
   rendering::Light light = rendering::Light::kDay;
   bool images = true;
+  bool cloud = true;  ///< of a mapping drive
   bool ply = false;
   bool ideal_sensors = false;
   bool slip = false;

@@ -128,6 +128,22 @@ TEST(PoseGraph, FindsAConstantErrorOfTheGyro) {
   EXPECT_GT(heading_error(solved(graph, drive.truth)), 0.004);
 }
 
+TEST(PoseGraph, FindsHowTheImuIsTurnedAgainstTheWayAndTheWheelsScale) {
+  const GraphDrive drive(20);
+  const Eigen::Vector3d turn_error_rad(0.0, 0.004, -0.006);
+  constexpr double kScaleError = 0.008;
+  PoseGraph graph = drive.with_odometry(both(0.0003, 0.003));
+  for (OdometryFactor& factor : graph.odometry) {
+    factor.T_from_to.p +=
+        kScaleError * factor.T_from_to.p + turn_error_rad.cross(factor.T_from_to.p);
+  }
+  graph.registrations = {drive.registration(0, 0.001, 0.01), drive.registration(12, 0.001, 0.01)};
+  // What was found between the registrations holds beyond them, too.
+  EXPECT_LT(largest_error(solved(graph, drive.truth), drive.truth), 0.02);
+  graph.turn_error_std_rad = graph.scale_error_std = 1e-9;
+  EXPECT_GT(largest_error(solved(graph, drive.truth), drive.truth), 0.05);
+}
+
 TEST(PoseGraph, VotesDownAGrossOutlierAmongRegistrations) {
   const GraphDrive drive(12);
   PoseGraph graph = drive.with_odometry();
@@ -283,8 +299,11 @@ TEST(PoseGraph, HasTheCovarianceThatRepeatedSolvesScatterWith) {
   for (int run = 0; run < kRuns; ++run) {
     PoseGraph graph = exact;
     const Eigen::Vector3d rate_error = kRateErrorStd_radps * random.normal_vector<3>();
+    const Eigen::Vector3d turn_error = exact.turn_error_std_rad * random.normal_vector<3>();
+    const double scale_error = exact.scale_error_std * random.normal_vector<1>().value();
     for (OdometryFactor& factor : graph.odometry) {
       factor.T_from_to.R = factor.T_from_to.R * so3::exp(factor.seconds * rate_error);
+      factor.T_from_to.p += scale_error * factor.T_from_to.p + turn_error.cross(factor.T_from_to.p);
       factor.T_from_to = moved(factor.T_from_to, draw(odometry_std));
     }
     graph.priors[0].T_world_imu = moved(graph.priors[0].T_world_imu, draw(both(0.01, 0.1)));
