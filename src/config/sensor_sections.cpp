@@ -199,6 +199,7 @@ void read_mounting(StrictNode& top, estimation::SpeedModel& model) {
   Eigen::Vector3d rpy_rad = Eigen::Vector3d::Zero();
   read_vector(vehicle, "rotation_vehicle_imu_rpy_rad", rpy_rad,
               {-std::numbers::pi, std::numbers::pi});
+  vehicle.read("rotation_std_rad", model.rotation_std_rad, positive_up_to(1.0));
   read_vector(vehicle, "wheel_reference_imu_m", model.wheel_reference_imu_m, {-20.0, 20.0});
   vehicle.read("wheel_scale", model.wheel_scale, {0.5, 2.0});
   vehicle.finish();

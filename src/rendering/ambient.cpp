@@ -24,7 +24,6 @@ constexpr double kPlantCoarse = 0.04;   // of the distance: leaves hide what goe
 constexpr double kVehicleCell_m = 1.0;  // above vehicles
 constexpr double kVehicleHeight_m = 3.0;
 constexpr double kBounceReach_m = 60.0;
-constexpr float kBounceAlbedo = 0.22F;  // of what surrounds a road, on the average
 // Nodes lie above thin layers (markings on asphalt) and off the edges of their facet (feet of
 // walls).
 constexpr double kLift_m = 0.03;
@@ -86,6 +85,8 @@ const std::array<Eigen::Vector3d, kHemisphereRays>& sphere() {
   return directions;
 }
 
+float mixed(float a, float b, double share) { return std::lerp(a, b, static_cast<float>(share)); }
+
 std::uint64_t bits(std::int64_t value) { return static_cast<std::uint64_t>(value); }
 
 /// Point of a convex polygon next to p.
@@ -115,16 +116,10 @@ Eigen::Vector2d clamped(const Eigen::Vector2d& p, std::span<const Eigen::Vector2
 
 }  // namespace
 
-Ambient::Value mixed(const Ambient::Value& a, const Ambient::Value& b, double share) {
-  const auto s = static_cast<float>(share);
-  return {a.irradiance + s * (b.irradiance - a.irradiance),
-          a.openness + s * (b.openness - a.openness)};
-}
-
 Ambient::Ambient(const Raycaster& raycaster, const Illumination& light, const Sky& sky)
     : raycaster_(&raycaster), light_(light), sky_(&sky) {}
 
-Ambient::Value Ambient::at(const Hit& hit, double footprint_m) {
+float Ambient::at(const Hit& hit, double footprint_m) {
   switch (kind_of(hit.surface->material)) {
     case Kind::kPlant:
       return in_plant(hit, footprint_m);
@@ -137,20 +132,20 @@ Ambient::Value Ambient::at(const Hit& hit, double footprint_m) {
 }
 
 template <typename Where>
-Ambient::Value Ambient::remembered(std::uint64_t key, Gather gather, const Where& where) {
+float Ambient::remembered(std::uint64_t key, Gather gather, const Where& where) {
   key |= 1U;  // 0 is a free slot
   if (const auto known = cache_.find(key)) {
-    return {known->a, known->b};
+    return *known;
   }
   const std::pair<Eigen::Vector3d, Eigen::Vector3d> place = where();
-  const Value value = gathered(place.first, place.second, gather);
-  cache_.add(key, {value.irradiance, value.openness});
-  return value;
+  const float irradiance = gathered(place.first, place.second, gather);
+  cache_.add(key, irradiance);
+  return irradiance;
 }
 
 /// A grid in the plane of the two axes that the facet is seen best along; nodes beyond its edges
 /// stand for the edge.
-Ambient::Value Ambient::on_facet(const Hit& hit, double footprint_m) {
+float Ambient::on_facet(const Hit& hit, double footprint_m) {
   const Facet facet = raycaster_->facet(hit);
   const Eigen::Vector3d& n = facet.normal;
   Eigen::Index dropped = 0;
@@ -216,7 +211,7 @@ Ambient::Value Ambient::on_facet(const Hit& hit, double footprint_m) {
   return share.y() > 0.0 ? mixed(row(0), row(1), share.y()) : row(0);
 }
 
-Ambient::Value Ambient::in_space(const Eigen::Vector3d& point_m, double size_m, Gather gather) {
+float Ambient::in_space(const Eigen::Vector3d& point_m, double size_m, Gather gather) {
   const Eigen::Vector3d at = point_m / size_m;
   const Eigen::Vector3d corner = at.array().floor();
   const Eigen::Vector3d share = at - corner;
@@ -238,7 +233,7 @@ Ambient::Value Ambient::in_space(const Eigen::Vector3d& point_m, double size_m, 
 }
 
 /// Leaves lie in all directions and let light through.
-Ambient::Value Ambient::in_plant(const Hit& hit, double footprint_m) {
+float Ambient::in_plant(const Hit& hit, double footprint_m) {
   return in_space(hit.point_m,
                   spacing_m(kPlantCell_m, std::max(footprint_m, kPlantCoarse * hit.distance_m)),
                   Gather::kSphere);
@@ -246,17 +241,16 @@ Ambient::Value Ambient::in_plant(const Hit& hit, double footprint_m) {
 
 /// What reaches a place above the vehicle, by how far a part of it faces up; below there is light
 /// that the road reflects.
-Ambient::Value Ambient::on_vehicle(const Hit& hit) {
+float Ambient::on_vehicle(const Hit& hit) {
   const Eigen::Vector3d above(hit.point_m.x(), hit.point_m.y(),
                               raycaster_->place(hit).z() + kVehicleHeight_m);
-  const Value value = in_space(above, kVehicleCell_m, Gather::kHemisphere);
   const auto up = static_cast<float>(0.5 + 0.5 * hit.normal.z());
-  return {value.irradiance * (up + kBounceAlbedo * (1.0F - up)), value.openness * up};
+  return in_space(above, kVehicleCell_m, Gather::kHemisphere) * (up + kBounceAlbedo * (1.0F - up));
 }
 
 /// Rays from a place to all sides; of half of those that meet something, whether the sun lights it.
-Ambient::Value Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vector3d& normal,
-                                 Gather gather) const {
+float Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vector3d& normal,
+                        Gather gather) const {
   const Eigen::Matrix3d R = frame_of(normal);
   std::array<Ray, kHemisphereRays> rays;
   std::array<std::optional<Hit>, kHemisphereRays> hits;
@@ -265,14 +259,15 @@ Ambient::Value Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vec
   }
   raycaster_->cast(rays, hits, Obstacles::kFixed);
 
-  Value sum;
+  float irradiance = 0.0F;
+  float openness = 0.0F;
   float facing_up = 0.0F;
   bool skip = false;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (!hits[i]) {
       const bool sky = rays[i].direction.z() > 0.0;
-      sum.irradiance += sky ? sky_->mean_radiance(rays[i].direction) : 0.0F;
-      sum.openness += sky ? 1.0F : 0.0F;
+      irradiance += sky ? sky_->mean_radiance(rays[i].direction) : 0.0F;
+      openness += sky ? 1.0F : 0.0F;
       continue;
     }
     skip = !skip;
@@ -284,17 +279,17 @@ Ambient::Value Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vec
     const double cosine = met.normal.dot(light_.to_sun);
     if (light_.sun > 0.0 && cosine > 0.0 &&
         !raycaster_->blocked({off_surface(met), light_.to_sun}, Obstacles::kFixed)) {
-      sum.irradiance += 2.0F * kBounceAlbedo * static_cast<float>(light_.sun * cosine);
+      irradiance += 2.0F * kBounceAlbedo * static_cast<float>(light_.sun * cosine);
     }
   }
   // What is met sees about as much of the sky as the place itself; a street's half of it is open.
-  const float open = std::min(1.0F, 2.0F * sum.openness / kHemisphereRays);
-  sum.irradiance += 2.0F * kBounceAlbedo * sky_->irradiance() * open * facing_up;
+  const float open = std::min(1.0F, 2.0F * openness / kHemisphereRays);
+  irradiance += 2.0F * kBounceAlbedo * sky_->irradiance() * open * facing_up;
   constexpr auto kShare = static_cast<float>(1.0 / kHemisphereRays);
   if (gather == Gather::kSphere) {  // what leaves and ground reflect is not followed
-    sum.irradiance += kBounceAlbedo * sky_->irradiance() * sum.openness;
+    irradiance += kBounceAlbedo * sky_->irradiance() * openness;
   }
-  return {sum.irradiance * kShare, sum.openness * kShare};
+  return irradiance * kShare;
 }
 
 }  // namespace topoloc::rendering

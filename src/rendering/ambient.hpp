@@ -13,6 +13,9 @@
 
 namespace topoloc::rendering {
 
+/// Of what surrounds a road, on the average.
+inline constexpr float kBounceAlbedo = 0.22F;
+
 /// Light that comes from all sides: from the parts of the sky that are to be seen, and once
 /// reflected from what the sun and the sky shine on. No sampling noise: it is computed at nodes
 /// some 0.5 m apart, each once, and interpolated. What moves is left out.
@@ -20,26 +23,22 @@ class Ambient {
  public:
   Ambient(const Raycaster& raycaster, const Illumination& light, const Sky& sky);
 
-  struct Value {
-    float irradiance = 0.0F;
-    float openness = 0.0F;  ///< share of the sky that is to be seen, weighted by the cosine
-  };
-  /// `footprint_m`: length of what is looked at; where it is long, nodes lie farther apart, else
-  /// each look at a meadow far off would make nodes of its own.
-  [[nodiscard]] Value at(const Hit& hit, double footprint_m);
+  /// Irradiance. `footprint_m`: length of what is looked at; where it is long, nodes lie farther
+  /// apart, else each look at a meadow far off would make nodes of its own.
+  [[nodiscard]] float at(const Hit& hit, double footprint_m);
   /// Between frames, while no thread uses it.
-  void make_room() { cache_.grow_if_full(); }
+  void make_room() { cache_.make_room(); }
 
  private:
   enum class Gather : std::uint8_t { kHemisphere, kSphere };
 
-  [[nodiscard]] Value on_facet(const Hit& hit, double footprint_m);
-  [[nodiscard]] Value in_plant(const Hit& hit, double footprint_m);
-  [[nodiscard]] Value on_vehicle(const Hit& hit);
+  [[nodiscard]] float on_facet(const Hit& hit, double footprint_m);
+  [[nodiscard]] float in_plant(const Hit& hit, double footprint_m);
+  [[nodiscard]] float on_vehicle(const Hit& hit);
   template <typename Where>
-  [[nodiscard]] Value remembered(std::uint64_t key, Gather gather, const Where& where);
-  [[nodiscard]] Value in_space(const Eigen::Vector3d& point_m, double size_m, Gather gather);
-  [[nodiscard]] Value gathered(const Eigen::Vector3d& from_m, const Eigen::Vector3d& normal,
+  [[nodiscard]] float remembered(std::uint64_t key, Gather gather, const Where& where);
+  [[nodiscard]] float in_space(const Eigen::Vector3d& point_m, double size_m, Gather gather);
+  [[nodiscard]] float gathered(const Eigen::Vector3d& from_m, const Eigen::Vector3d& normal,
                                Gather gather) const;
 
   const Raycaster* raycaster_;
@@ -47,8 +46,5 @@ class Ambient {
   const Sky* sky_;
   ValueCache cache_;
 };
-
-/// `share` of b, the rest of a.
-Ambient::Value mixed(const Ambient::Value& a, const Ambient::Value& b, double share);
 
 }  // namespace topoloc::rendering

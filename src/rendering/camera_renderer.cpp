@@ -28,8 +28,10 @@ namespace {
 
 void check(const CameraSpec& spec) {
   const PinholeCamera& pinhole = spec.calibration.pinhole;
-  if (pinhole.width_px < 2 || pinhole.height_px < 2 || pinhole.fx_px <= 0.0 ||
-      pinhole.fy_px <= 0.0) {
+  const auto positive = [](double number) { return number > 0.0 && std::isfinite(number); };
+  const auto share = [](double number) { return number >= 0.0 && number <= 1.0; };
+  if (pinhole.width_px < 2 || pinhole.height_px < 2 || !positive(pinhole.fx_px) ||
+      !positive(pinhole.fy_px)) {
     throw std::invalid_argument("camera: no image size or focal length");
   }
   if (spec.samples_per_pixel < 1 || spec.samples_per_pixel > kMostSamples) {
@@ -37,9 +39,14 @@ void check(const CameraSpec& spec) {
                                 std::to_string(spec.samples_per_pixel) + ", expected 1 to " +
                                 std::to_string(kMostSamples));
   }
-  if (spec.min_exposure_s <= 0.0 || spec.max_exposure_s < spec.min_exposure_s ||
-      spec.max_gain < 1.0 || spec.full_well_electrons <= 0.0 || spec.electrons_per_s <= 0.0) {
+  if (!positive(spec.min_exposure_s) || !positive(spec.max_exposure_s) ||
+      spec.max_exposure_s < spec.min_exposure_s || !(spec.max_gain >= 1.0) ||
+      !positive(spec.full_well_electrons) || !positive(spec.electrons_per_s)) {
     throw std::invalid_argument("camera: limits of exposure, gain or electrons make no sense");
+  }
+  if (!(spec.readout_s >= 0.0 && spec.read_noise_electrons >= 0.0) || !share(spec.vignetting) ||
+      !share(spec.target_level)) {
+    throw std::invalid_argument("camera: read-out, noise, vignetting or level make no sense");
   }
 }
 
@@ -85,6 +92,9 @@ struct CameraRenderer::Impl {
 
 /// They are lit in the dark: where hardly any sky is to be seen from the camera, by day too.
 std::optional<HeadLamps> CameraRenderer::Impl::head_lamps(const RigidTransform& T_world_cam) const {
+  if (!spec.T_cam_lamps) {
+    return std::nullopt;
+  }
   if (!shading.light().lamps_lit) {
     const auto open = std::count_if(
         hemisphere().begin(), hemisphere().end(), [&](const Eigen::Vector3d& direction) {
@@ -94,7 +104,7 @@ std::optional<HeadLamps> CameraRenderer::Impl::head_lamps(const RigidTransform& 
       return std::nullopt;
     }
   }
-  return HeadLamps(T_world_cam * spec.T_cam_lamps);
+  return HeadLamps(T_world_cam * *spec.T_cam_lamps);
 }
 
 /// Exposure of the first frame, as if the camera had been there for a while.
@@ -103,7 +113,8 @@ void CameraRenderer::Impl::settle(const CameraPath& path) {
   const int every = std::max(2, pinhole.width_px / 64);
   const std::array<PixelSample, 1> middle{};
   const Exposing exposing_now = exposing(path, 0.0, middle);
-  cv::Mat seen(pinhole.height_px / every, pinhole.width_px / every, CV_32FC1);
+  cv::Mat seen(std::max(1, pinhole.height_px / every), std::max(1, pinhole.width_px / every),
+               CV_32FC1);
   const int first = every / 2;
   parallel_rows(tile_rows(seen), threads, [&](int i) {
     TileTracer(*raycaster, shading, exposing_now)

@@ -28,21 +28,31 @@ double smooth_step(double from, double to, double x) {
   return t * t * (3.0 - 2.0 * t);
 }
 
+/// 1 beside a lamp, 0 where it reaches to: nothing switches on with distance.
+double fading(double squared_distance_m2) {
+  const double left = 1.0 - squared_distance_m2 / (kLampReach_m * kLampReach_m);
+  return left > 0.0 ? left * left : 0.0;
+}
+
+/// Irradiance by what the surroundings of the lit spot throw about, some metres from the lamp: to
+/// all sides, above the lamp too. It is not followed further.
+double scattered(const world::Lamp& lamp, double squared_distance_m2) {
+  constexpr double kSurroundings_m = 5.0;
+  constexpr double kShare = 0.2;
+  return kShare * lamp.intensity * fading(squared_distance_m2) /
+         (squared_distance_m2 + kSurroundings_m * kSurroundings_m);
+}
+
 /// Irradiance at right angles to the light, at a place `to_point` from the lamp.
 double strength(const world::Lamp& lamp, const Eigen::Vector3d& to_point) {
   constexpr double kLeast_m = 0.3;  // a lamp is no point
   const double d2 = std::max(to_point.squaredNorm(), kLeast_m * kLeast_m);
-  if (d2 > kLampReach_m * kLampReach_m) {
-    return 0.0;
-  }
   const double cosine = lamp.direction.dot(to_point) / std::sqrt(d2);
   const double cone =
       lamp.cos_cone <= -1.0
           ? 1.0
           : smooth_step(lamp.cos_cone, lamp.cos_cone + 0.3 * (1.0 - lamp.cos_cone), cosine);
-  const double fade =
-      1.0 - d2 / (kLampReach_m * kLampReach_m);  // nothing switches on with distance
-  return lamp.intensity * cone * fade * fade / d2;
+  return lamp.intensity * cone * fading(d2) / d2;
 }
 
 }  // namespace
@@ -124,15 +134,10 @@ void Lamps::shine(Patch& patch, std::vector<Shadow>& shadows) const {
   const auto& lamps = raycaster_->world().lamps;
   for (const std::uint32_t i : near(hit.point_m)) {
     const Eigen::Vector3d to_point = hit.point_m - lamps[i].position_m;
+    sum += scattered(lamps[i], to_point.squaredNorm());
     const double at_right_angles = strength(lamps[i], to_point);
-    if (at_right_angles <= 0.0) {
-      continue;
-    }
-    // What the surroundings of the lit spot throw about: they are not followed further.
-    constexpr double kScattered = 0.08;
-    sum += kScattered * at_right_angles;
     const double cosine = -hit.normal.dot(to_point) / std::max(to_point.norm(), 1e-6);
-    if (cosine > 0.0) {
+    if (at_right_angles > 0.0 && cosine > 0.0) {
       lights[count++] = {at_right_angles * cosine, i};
     }
   }
@@ -142,19 +147,25 @@ void Lamps::shine(Patch& patch, std::vector<Shadow>& shadows) const {
     return a.irradiance != b.irradiance ? a.irradiance > b.irradiance : a.lamp < b.lamp;
   });
   const Eigen::Vector3d from_m = off_surface(hit);
-  for (std::size_t i = 0; i < count; ++i) {
-    constexpr double kNegligible = 0.05;
-    if (i >= kMostShadows || lights[i].irradiance <= kNegligible * lights[0].irradiance) {
-      sum += lights[i].irradiance;
-      continue;
-    }
+  constexpr double kNegligible = 0.05;
+  std::size_t traced = 0;
+  while (traced < std::min(count, kMostShadows) &&
+         lights[traced].irradiance > kNegligible * lights[0].irradiance) {
+    ++traced;
+  }
+  // The weaker ones fare as the strongest do: behind a wall it is dark.
+  double rest = 0.0;
+  for (std::size_t i = traced; i < count; ++i) {
+    rest += lights[i].irradiance / static_cast<double>(traced);
+  }
+  for (std::size_t i = 0; i < traced; ++i) {
     const Eigen::Vector3d to_lamp = lamps[lights[i].lamp].position_m - from_m;
     const double distance_m = to_lamp.norm();
     constexpr double kCasing_m = 0.35;  // a lamp does not stand in its own light
     shadows.push_back({{from_m, to_lamp / distance_m, distance_m - kCasing_m},
                        i,
                        &patch,
-                       static_cast<float>(lights[i].irradiance)});
+                       static_cast<float>(lights[i].irradiance + rest)});
   }
   patch.lamps = static_cast<float>(sum);
 }

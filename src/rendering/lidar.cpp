@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <numbers>
 #include <optional>
+#include <stdexcept>
 
 namespace topoloc::rendering {
 namespace {
@@ -64,11 +65,21 @@ std::optional<LidarPoint> echo(const LidarSpec& spec, const Hit& hit, const Eige
   return point;
 }
 
+void check(const LidarSpec& spec) {
+  constexpr double kSlowest_hz = 0.5;  // LidarPoint::after_ns would overflow
+  if (spec.beams < 1 || spec.columns < 1 || !(spec.rate_hz >= kSlowest_hz) ||
+      !(spec.highest_rad >= spec.lowest_rad) || !(spec.max_range_m > 0.0) ||
+      !(spec.range_noise_m >= 0.0) || !(spec.beam_divergence_rad >= 0.0)) {
+    throw std::invalid_argument("lidar: beams, turns, range or noise make no sense");
+  }
+}
+
 }  // namespace
 
 std::vector<LidarPoint> scan(const Raycaster& raycaster, const LidarSpec& spec,
                              const std::function<RigidTransform(double)>& T_world_lidar,
                              std::uint64_t key, int threads) {
+  check(spec);
   const double column_s = 1.0 / (spec.rate_hz * spec.columns);
   std::vector<RigidTransform> poses;
   for (int c = 0; c < spec.columns; ++c) {  // here: the caller's function may not be thread-safe

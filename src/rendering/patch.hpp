@@ -4,8 +4,6 @@
 
 #include "topoloc/rendering/raycaster.hpp"
 
-#include "rendering/ambient.hpp"
-
 #include <span>
 
 #include <Eigen/Core>
@@ -17,9 +15,9 @@ struct Patch {
   Hit hit;                                               ///< of one of them
   Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  ///< of its ray, unit length
   std::span<const Eigen::Vector2f> uvs_m;
-  float sunlit = 0.0F;     ///< share of the samples that the sun shines on
-  double pixel_rad = 0.0;  ///< angle that a pixel subtends
-  Ambient::Value around{};
+  float sunlit = 0.0F;      ///< share of the samples that the sun shines on
+  double pixel_rad = 0.0;   ///< angle that a pixel subtends
+  float around = 0.0F;      ///< irradiance from all sides
   float lamps = 0.0F;       ///< irradiance by street lamps and the like
   float head_lamps = 0.0F;  ///< by the vehicle's own
   float beam = 0.0F;        ///< of these at right angles to their light

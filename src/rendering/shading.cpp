@@ -12,9 +12,6 @@
 namespace topoloc::rendering {
 namespace {
 
-// In the open by day lamps are off, in tunnels never.
-constexpr float kIndoors = 0.1F;
-
 bool translucent(const Hit& hit) { return hit.surface->material == world::Material::kFoliage; }
 
 /// Share of the sun's light on a surface: a leaf passes on some of what falls on its back.
@@ -56,6 +53,7 @@ world::Appearance appearance_of(const Patch& patch) {
     sum.retro += look.retro / n;
     sum.emission += look.emission / n;
     sum.gloss += look.gloss / n;
+    sum.always_on |= look.always_on;
   }
   return sum;
 }
@@ -64,7 +62,7 @@ world::Appearance appearance_of(const Patch& patch) {
 
 Shading::Shading(const Raycaster& raycaster, Light light, std::uint64_t seed)
     : raycaster_(&raycaster),
-      light_(illumination(light)),
+      light_(illumination(light, seed)),
       sun_frame_(frame_of(light_.to_sun)),
       sky_(light_, seed),
       lamps_(raycaster, light_.lamps_lit),
@@ -94,7 +92,7 @@ std::optional<Ray> Shading::to_sun(const Hit& hit, std::size_t sample) const {
 
 /// Share of the sky's light that moving vehicles leave: what stands still is in Ambient.
 float Shading::beside_moving(const Hit& hit) const {
-  constexpr double kNear_m = 7.0;
+  constexpr double kNear_m = 12.0;  // from its rear axle: a bus is long
   constexpr double kReach_m = 3.0;
   constexpr std::size_t kEvery = 2;
   if (hit.moving || !raycaster_->near_moving(hit.point_m, kNear_m)) {
@@ -132,13 +130,11 @@ float Shading::mirrored(const Hit& hit, const Eigen::Vector3d& direction, float 
   return look.albedo * irradiance;
 }
 
-Ambient::Value Shading::around(const Patch& patch) {
+float Shading::around(const Patch& patch) {
   const Hit& hit = patch.hit;
   const double cosine = std::abs(hit.normal.dot(patch.direction));
-  Ambient::Value around =
-      ambient_.at(hit, hit.distance_m * patch.pixel_rad / std::max(cosine, 0.02));
-  around.irradiance *= beside_moving(hit);
-  return around;
+  const double footprint_m = hit.distance_m * patch.pixel_rad / std::max(cosine, 0.02);
+  return beside_moving(hit) * ambient_.at(hit, footprint_m);
 }
 
 void Shading::light_up(std::span<Patch> patches) {
@@ -152,8 +148,7 @@ float Shading::radiance(const Patch& patch) const {
   const Hit& hit = patch.hit;
   const Eigen::Vector3d& direction = patch.direction;
   const world::Appearance look = appearance_of(patch);
-  const Ambient::Value& around = patch.around;
-  const float ambient = around.irradiance;
+  const float ambient = patch.around;
 
   float irradiance = ambient + patch.lamps + patch.head_lamps;
   if (patch.sunlit > 0.0F) {
@@ -164,7 +159,6 @@ float Shading::radiance(const Patch& patch) const {
     thrown_back =
         look.retro * patch.beam * retro_gain(head_lamps_->observation_rad(hit, direction));
   }
-  const bool shines = light_.lamps_lit || around.openness < kIndoors;
   float result = look.albedo * irradiance + thrown_back;
   constexpr float kDull = 0.02F;
   if (look.gloss > kDull) {
@@ -173,12 +167,13 @@ float Shading::radiance(const Patch& patch) const {
     const float grazing = 1.0F - cosine;
     const float share =
         look.gloss + (1.0F - look.gloss) * 0.6F * grazing * grazing * grazing * grazing * grazing;
-    // What is hardly smooth mirrors everything around at once.
+    // What is hardly smooth mirrors everything around at once, and that stands in the same light.
+    const float lit_around = ambient + kBounceAlbedo * (patch.lamps + patch.head_lamps);
     const float seen =
-        look.gloss < world::kMirrorGloss ? ambient : mirrored(hit, direction, ambient);
+        look.gloss < world::kMirrorGloss ? lit_around : mirrored(hit, direction, lit_around);
     result = (1.0F - share) * result + share * seen;
   }
-  return result + (shines ? look.emission : 0.0F);
+  return result + (light_.lamps_lit || look.always_on ? look.emission : 0.0F);
 }
 
 }  // namespace topoloc::rendering

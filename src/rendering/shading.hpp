@@ -29,7 +29,7 @@ class Shading {
   /// surface turns away from it, or there is none.
   [[nodiscard]] std::optional<Ray> to_sun(const Hit& hit, std::size_t sample) const;
   /// Light that reaches a patch from all sides.
-  [[nodiscard]] Ambient::Value around(const Patch& patch);
+  [[nodiscard]] float around(const Patch& patch);
   /// Lets lamps shine on patches that lie close together.
   void light_up(std::span<Patch> patches);
   /// Mean radiance of the samples of a patch that has all its light.

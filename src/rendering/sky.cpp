@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "rendering/sky.hpp"
 
+#include "topoloc/world/random.hpp"
+
 #include "rendering/hemisphere.hpp"
 
 #include <algorithm>
@@ -65,20 +67,24 @@ float cloud(const Eigen::Vector3d& direction, double cover, std::uint32_t seed) 
 
 }  // namespace
 
-Illumination illumination(Light light) {
+Illumination illumination(Light light, std::uint64_t seed) {
   Illumination result;
+  world::Random random(world::key(seed, {0x5E4}));
+  const double azimuth_deg = random.uniform(-180.0, 180.0);
+  const double elevation_deg = random.uniform(22.0, 60.0);
+  const double cover = random.uniform(0.15, 0.75);
   switch (light) {
     case Light::kDay:
-      result = {towards(-62.0, 45.0), 0.85, 0.12, 0.32, 0.0, 0.55, 0.45, false};
+      result = {towards(azimuth_deg, elevation_deg), 0.85, 0.12, 0.32, 0.0, 0.55, cover, false};
       break;
     case Light::kOvercast:
       result = {Eigen::Vector3d::UnitZ(), 0.0, 0.26, 0.11, 0.0, 0.3, 0.5, false};
       break;
-    case Light::kDusk:  // the sun has just set in the west
-      result = {towards(170.0, -4.0), 0.0, 0.0014, 0.0022, 0.02, 0.003, 0.4, true};
+    case Light::kDusk:  // the sun has just set
+      result = {towards(azimuth_deg, -4.0), 0.0, 0.0014, 0.0022, 0.02, 0.003, cover, true};
       break;
     case Light::kNight:  // a town's glow
-      result = {Eigen::Vector3d::UnitZ(), 0.0, 2e-6, 6e-6, 0.0, 6e-6, 0.4, true};
+      result = {Eigen::Vector3d::UnitZ(), 0.0, 2e-6, 6e-6, 0.0, 6e-6, cover, true};
       break;
   }
   return result;
@@ -128,8 +134,8 @@ float Sky::mean_radiance(const Eigen::Vector3d& direction) const {
   }
   if (light_.glow > 0.0) {
     const double side = direction.head<2>().normalized().dot(light_.to_sun.head<2>().normalized());
-    const double west = std::max(0.0, 0.5 + 0.5 * side);
-    result += light_.glow * west * west * west * std::exp(-6.0 * z);
+    const double near = std::max(0.0, 0.5 + 0.5 * side);
+    result += light_.glow * near * near * near * std::exp(-6.0 * z);
   }
   return static_cast<float>(result);
 }

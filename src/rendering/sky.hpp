@@ -21,7 +21,8 @@ struct Illumination {
   bool lamps_lit = false;    ///< street lamps, head lamps, windows
 };
 
-Illumination illumination(Light light);
+/// Of a day: each has its own sun and clouds.
+Illumination illumination(Light light, std::uint64_t seed);
 
 /// The sky of a drive.
 class Sky {

@@ -194,16 +194,15 @@ void TileTracer::share_surroundings() {
   const auto corner = [&](std::size_t i, std::size_t j) {
     return shading_->around(patches_[i * (rows - 1) * columns_ + j * (columns_ - 1)]);
   };
-  const std::array<Ambient::Value, 4> corners{corner(0, 0), corner(0, 1), corner(1, 0),
-                                              corner(1, 1)};
+  const std::array<float, 4> corners{corner(0, 0), corner(0, 1), corner(1, 0), corner(1, 1)};
   const auto share = [](std::size_t place, std::size_t places) {
-    return places > 1 ? static_cast<double>(place) / static_cast<double>(places - 1) : 0.0;
+    return places > 1 ? static_cast<float>(place) / static_cast<float>(places - 1) : 0.0F;
   };
   for (std::size_t i = 0; i < count_; ++i) {
-    const double down = share(i / columns_, rows);
-    const double right = share(i % columns_, columns_);
-    patches_[i].around =
-        mixed(mixed(corners[0], corners[1], right), mixed(corners[2], corners[3], right), down);
+    const float down = share(i / columns_, rows);
+    const float right = share(i % columns_, columns_);
+    patches_[i].around = std::lerp(std::lerp(corners[0], corners[1], right),
+                                   std::lerp(corners[2], corners[3], right), down);
   }
 }
 

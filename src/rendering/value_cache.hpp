@@ -14,23 +14,21 @@ namespace topoloc::rendering {
 /// functions of their key: whether one was remembered, and by which thread, changes nothing.
 class ValueCache {
  public:
-  struct Value {
-    float a = 0.0F;
-    float b = 0.0F;
-  };
-
   ValueCache();
 
-  [[nodiscard]] std::optional<Value> find(std::uint64_t key) const;
+  [[nodiscard]] std::optional<float> find(std::uint64_t key) const;
   /// Does nothing where it is crowded.
-  void add(std::uint64_t key, Value value);
-  /// Makes room for as many again once it is half full. Not while other threads use it.
-  void grow_if_full();
+  void add(std::uint64_t key, float value);
+  /// Makes room for as many again once it is half full; forgets everything once that would take
+  /// too much memory. Not while other threads use it.
+  void make_room();
 
  private:
+  void clear();
+
   struct Slot {
     std::atomic<std::uint64_t> key = 0;  ///< 0: free
-    std::atomic<std::uint64_t> value = 0;
+    std::atomic<float> value = 0.0F;
   };
   std::vector<Slot> slots_;
   std::atomic<std::size_t> used_ = 0;

@@ -10,6 +10,7 @@ namespace {
 /// Parts of keys, so that nothing shares its random numbers.
 enum Stream : std::uint64_t { kCar = 101, kVisit, kDay, kPartBase = 200 };
 
+const Eigen::Vector3d kHeadLamps_m(3.3, 0.0, 0.65);  // in the vehicle's frame, level
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr std::int64_t kDay_s = 86'400;
 constexpr std::int64_t kFirstDay_s = 1'780'272'000;  // 2026-06-01, UTC
@@ -89,6 +90,8 @@ DriveSpec drive_spec(const DriveRequest& request) {
   if (request.ideal_sensors) {
     make_ideal(spec);
   }
+  spec.camera.T_cam_lamps = spec.built.T_vehicle_cam.inverse() *
+                            RigidTransform{Eigen::Matrix3d::Identity(), kHeadLamps_m};
   return spec;
 }
 

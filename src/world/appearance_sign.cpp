@@ -131,7 +131,8 @@ Appearance sign(const Spot& s) {
       const float number = lettering((s.u - 0.95F * h) / (0.5F * h), (s.v - 0.25F * h) / (0.5F * h),
                                      s.footprint / (0.5F * h), key, 3);
       Appearance result = painted(0.18F, 0.8F, std::max(run, number), 0.2F, 0.5F);
-      result.emission = 0.05F * result.albedo;
+      result.emission = 0.008F * result.albedo;  // 200 cd/m2 where it is white
+      result.always_on = true;
       return result;
     }
     default: {

@@ -147,6 +147,6 @@ Appearance guard_rail(const Spot& s) {
 }
 
 // p: light of its own; 1: lit by day as well.
-Appearance lamp(const Spot& s) { return {0.7F, 0.5F, 0.0F, s.p[0], 0.05F}; }
+Appearance lamp(const Spot& s) { return {0.7F, 0.5F, 0.0F, s.p[0], 0.05F, s.p[1] > 0.0F}; }
 
 }  // namespace topoloc::world::patterns

@@ -31,7 +31,7 @@ void add_lamp(Maker& maker, double s, bool right, std::uint64_t seed) {
   maker.put(maker.prototypes.street_lamp, T, seed);
   Lamp lamp;
   lamp.position_m = T * Point(0.0, kStreetLampArm_m + 0.2, kStreetLamp_m + 0.15);
-  lamp.intensity = 0.02;  // 2000 cd, 7500 lm in its cone
+  lamp.intensity = kStreetLampIntensity;
   lamp.cos_cone = 0.3;
   maker.world.lamps.push_back(lamp);
 }

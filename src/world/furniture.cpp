@@ -52,9 +52,12 @@ void make_plants(Maker& maker, Random& random) {
 }
 
 void add_lamp_post(MeshBuilder& builder, double height_m, double arm_m, double radius_m,
-                   std::uint32_t seed) {
+                   double intensity, std::uint32_t seed) {
   const std::uint32_t pole = builder.surface(Material::kPole, seed, {0.34F});
-  const std::uint32_t lamp = builder.surface(Material::kLamp, seed + 1, {0.0F});
+  const Point across(0.24, 0.0, 0.0);
+  const Point along(0.0, 0.55, 0.0);
+  const std::uint32_t lamp = builder.surface(
+      Material::kLamp, seed + 1, {lamp_emission(intensity, across.norm() * along.norm())});
   builder.bar(Point(0.0, 0.0, -0.2), Point(0.0, 0.0, 1.1), 1.7 * radius_m, 1.6 * radius_m, 10,
               pole);
   builder.bar(Point(0.0, 0.0, 1.1), Point(0.0, 0.0, height_m), radius_m, 0.6 * radius_m, 10, pole);
@@ -62,18 +65,17 @@ void add_lamp_post(MeshBuilder& builder, double height_m, double arm_m, double r
               pole);
   builder.box(Point(-0.14, arm_m - 0.1, height_m + 0.2), Point(0.14, arm_m + 0.6, height_m + 0.33),
               pole);
-  builder.quad(Point(-0.12, arm_m - 0.05, height_m + 0.195), Point(0.24, 0.0, 0.0),
-               Point(0.0, 0.55, 0.0), lamp);
+  builder.quad(Point(-0.12, arm_m - 0.05, height_m + 0.195), across, along, lamp);
 }
 
 void make_small_things(Maker& maker) {
   {
     MeshBuilder builder = maker.prototype(maker.prototypes.street_lamp);
-    add_lamp_post(builder, kStreetLamp_m, kStreetLampArm_m, 0.07, 501);
+    add_lamp_post(builder, kStreetLamp_m, kStreetLampArm_m, 0.07, kStreetLampIntensity, 501);
   }
   {
     MeshBuilder builder = maker.prototype(maker.prototypes.highway_lamp);
-    add_lamp_post(builder, kHighwayLamp_m, kHighwayLampArm_m, 0.1, 511);
+    add_lamp_post(builder, kHighwayLamp_m, kHighwayLampArm_m, 0.1, kHighwayLampIntensity, 511);
   }
   {
     MeshBuilder builder = maker.prototype(maker.prototypes.traffic_light);

@@ -167,10 +167,12 @@ void paint_crossing(Painter& painter, double middle_m) {
 // Straight-on arrow; points the way traffic goes.
 void paint_arrow(Painter& painter, double s, double left, double direction) {
   painter.bar(s, s + direction * 3.0, left - 0.08, left + 0.08);
-  for (int i = 0; i < 4; ++i) {  // the head, in steps
-    const double at = s + direction * (3.0 + 0.4 * i);
-    const double half = 0.36 - 0.09 * i;
-    painter.bar(at, at + direction * 0.42, left - half, left + half);
+  constexpr int kSteps = 16;
+  constexpr double kHead_m = 1.6;
+  for (int i = 0; i < kSteps; ++i) {  // the head
+    const double at = s + direction * (3.0 + kHead_m * i / kSteps);
+    const double half = 0.36 * (1.0 - static_cast<double>(i) / kSteps);
+    painter.bar(at, at + direction * 0.11, left - half, left + half);
   }
 }
 

@@ -119,7 +119,7 @@ void add_lamp(Maker& maker, double s, bool right) {
             maker.draw(0x1A40, static_cast<std::uint64_t>(s + 1e4)));
   Lamp lamp;
   lamp.position_m = T * Point(0.0, kHighwayLampArm_m + 0.2, kHighwayLamp_m + 0.15);
-  lamp.intensity = 0.05;  // 5000 cd, 19 klm in its cone
+  lamp.intensity = kHighwayLampIntensity;
   lamp.cos_cone = 0.3;
   maker.world.lamps.push_back(lamp);
 }

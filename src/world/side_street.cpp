@@ -76,11 +76,12 @@ void make_street(Maker& maker, const SideStreet& street) {
                   {sign * (kOpeningHalf_m + 0.02), -0.5}};
         },
         slabs);
-    builder.set_frame(T);
+  }
+  builder.set_frame(T);  // ribbons bring their own
+  for (const double sign : {-1.0, 1.0}) {
     make_corner(builder, sign, asphalt, kerb, slabs);
   }
   // Give-way line: traffic towards the road keeps right, seen along -x that is the +y half.
-  builder.set_frame(T);
   for (const double y : steps(0.25, kSideHalf_m - 0.4, 0.75)) {
     builder.quad(Point(0.55, y, 0.03), Point(0.0, 0.5, 0.0), Point(0.4, 0.0, 0.0), paint,
                  Uv(y, 0.0));

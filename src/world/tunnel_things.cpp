@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: 2026 The topoloc authors
+#include "world/furniture.hpp"
 #include "world/steps.hpp"
 #include "world/tunnel.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 
 namespace topoloc::world {
 namespace {
@@ -14,22 +18,42 @@ constexpr double kNicheEvery_m = 75.0;
 constexpr double kFanEvery_m = 90.0;
 constexpr double kReflectorEvery_m = 12.5;
 
-// Lamps under the vault, all alike.
+/// Towards a tunnel's ends more light, so that eyes get used to the dark.
+struct Zone {
+  double reaches_m;  ///< from the portal
+  double intensity;  ///< of each lamp, see Lamp
+};
+
+constexpr std::array<Zone, 3> kZones{
+    {{40.0, 0.2}, {80.0, 0.07}, {1e9, 0.02}}};  // inside 2000 cd, 10 klm a lamp
+
+// Lamps under the vault, all alike but for how bright they are.
 void add_lamps(Maker& maker, const Section& section) {
   MeshBuilder builder = maker.unique();
   const std::uint32_t housing = builder.surface(Material::kPole, 901, {0.4F});
-  const std::uint32_t light = builder.surface(Material::kLamp, 902, {3.0F, 1.0F});
+  const Point along(1.2, 0.0, 0.0);
+  const Point across(0.0, 0.24, 0.0);
+  std::array<std::uint32_t, kZones.size()> lights{};
+  for (std::size_t i = 0; i < kZones.size(); ++i) {
+    lights[i] =
+        builder.surface(Material::kLamp, 902,
+                        {lamp_emission(kZones[i].intensity, along.norm() * across.norm()), 1.0F});
+  }
   for (const double s : steps(section.begin_m + 3.0, section.end_m, kTunnelLampEvery_m)) {
     const Bore bore = bore_at(maker, s);
+    const double from_portal_m = std::min(s - section.begin_m, section.end_m - s);
+    std::size_t zone = 0;
+    while (from_portal_m > kZones[zone].reaches_m) {
+      ++zone;
+    }
     for (const double y : {bore.right_m + 1.75, bore.left_m - 1.75}) {
       const double z = bore.roof_m - 0.25;
       builder.set_frame(maker.upright(s, 0.0));
       builder.box(Point(-0.65, y - 0.16, z), Point(0.65, y + 0.16, z + 0.14), housing, true);
-      builder.quad(Point(-0.6, y - 0.12, z - 0.006), Point(1.2, 0.0, 0.0), Point(0.0, 0.24, 0.0),
-                   light);
+      builder.quad(Point(-0.6, y - 0.12, z - 0.006), along, across, lights[zone]);
       Lamp lamp;
       lamp.position_m = maker.upright(s, 0.0) * Point(0.0, y, z - 0.05);
-      lamp.intensity = 0.45;
+      lamp.intensity = kZones[zone].intensity;
       lamp.cos_cone = 0.1;
       lamp.always_on = true;
       maker.world.lamps.push_back(lamp);
@@ -69,7 +93,7 @@ void add_niches(Maker& maker, const Section& section, Random& random) {
   const std::uint32_t paint = builder.surface(Material::kPole, 911, {0.2F});
   const std::uint32_t inside = builder.surface(Material::kPole, 912, {0.62F});
   const std::uint32_t door = builder.surface(Material::kDoor, 913, {1.1F, 2.1F, 2.0F, 0.3F});
-  const std::uint32_t light = builder.surface(Material::kLamp, 914, {1.5F, 1.0F});
+  const std::uint32_t light = builder.surface(Material::kLamp, 914, {0.1F, 1.0F});
   for (const double s :
        steps(section.begin_m + 0.4 * kNicheEvery_m, section.end_m - 6.0, kNicheEvery_m)) {
     const bool right = true;

@@ -10,6 +10,7 @@ namespace topoloc::estimation {
 struct SpeedModel {
   /// Rotation from IMU to vehicle axes (x forward, y left, z up).
   Eigen::Matrix3d R_vehicle_imu = Eigen::Matrix3d::Identity();
+  double rotation_std_rad = 0.001;  ///< of that per axis; map building finds out by the way driven
   /// Point of the vehicle that moves straight ahead (rear-axle centre), in the IMU frame [m].
   Eigen::Vector3d wheel_reference_imu_m = Eigen::Vector3d::Zero();
   double wheel_scale = 1.0;             ///< true speed = wheel_scale * measured speed

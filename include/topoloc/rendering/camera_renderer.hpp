@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string_view>
 
 #include <opencv2/core.hpp>
@@ -34,10 +35,8 @@ struct CameraSpec {
   double electrons_per_s = 1e8;  ///< of a pixel that sees white in full day light (100 klx)
   double max_gain = 16.0;        ///< where the longest exposure does not do
   double target_level = 0.42;    ///< mean of the image that exposure control aims at, 1: white
-  /// Head lamps (frame: middle between them, x forward, y left, z up) to camera. The default: a
-  /// level camera behind the windscreen.
-  RigidTransform T_cam_lamps{(Eigen::Matrix3d() << 0, -1, 0, 0, 0, -1, 1, 0, 0).finished(),
-                             {0.0, 0.8, 1.6}};
+  /// Head lamps (frame: middle between them, x forward, y left, z up) to camera; none without.
+  std::optional<RigidTransform> T_cam_lamps;
 };
 
 /// T_world_cam at a time relative to mid-exposure [s]: the camera moves while it exposes.
@@ -47,8 +46,9 @@ using CameraMotion = std::function<RigidTransform(double since_mid_exposure_s)>;
 class CameraRenderer {
  public:
   /// `raycaster` has to outlive it. The vehicle's own head lamps are lit at dusk, at night and in
-  /// tunnels. `threads`: 0 for all of the machine's; bytes do not depend on how many there are.
-  /// Throws std::invalid_argument for a spec that no camera has.
+  /// tunnels. `seed`: of the day, its sun, clouds and noise. `threads`: 0 for all of the machine's;
+  /// bytes do not depend on how many there are. Throws std::invalid_argument for a spec that no
+  /// camera has.
   CameraRenderer(const Raycaster& raycaster, CameraSpec spec, Light light, std::uint64_t seed,
                  int threads = 0);
   ~CameraRenderer();

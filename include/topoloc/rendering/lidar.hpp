@@ -36,6 +36,7 @@ struct LidarPoint {
 /// `T_world_lidar` at a time [s] since the turn began; frame: x forward, y left, z up.
 /// Deterministic in `key` whatever the number of threads (0: all of the machine's). Points come by
 /// column, then beam (lowest first); misses and drop-outs (dark, far, specular) are left out.
+/// Throws std::invalid_argument for a spec that no scanner has.
 std::vector<LidarPoint> scan(const Raycaster& raycaster, const LidarSpec& spec,
                              const std::function<RigidTransform(double)>& T_world_lidar,
                              std::uint64_t key, int threads = 0);

@@ -64,11 +64,12 @@ struct Mesh {
 
 /// How a point of a surface looks.
 struct Appearance {
-  float albedo = 0.5F;    ///< share of visible light that it scatters, 0 to 1
-  float nir = 0.5F;       ///< the same at a LiDAR's wavelength: unlike `albedo` for most materials
-  float retro = 0.0F;     ///< light thrown back to where it came from, on top; signs: up to 1
-  float emission = 0.0F;  ///< light of its own, in units of a white surface in full day light
-  float gloss = 0.0F;     ///< share that it mirrors (glass, car bodies, wet road), 0 to 1
+  float albedo = 0.5F;     ///< share of visible light that it scatters, 0 to 1
+  float nir = 0.5F;        ///< the same at a LiDAR's wavelength: unlike `albedo` for most materials
+  float retro = 0.0F;      ///< light thrown back to where it came from, on top; signs: up to 1
+  float emission = 0.0F;   ///< light of its own, in units of a white surface in full day light
+  float gloss = 0.0F;      ///< share that it mirrors (glass, car bodies, wet road), 0 to 1
+  bool always_on = false;  ///< `emission` by day as well
 };
 
 /// Gloss of surfaces smooth enough to show an image of what they mirror; in duller ones it blurs.

@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/rendering/camera_renderer.hpp"
 
+#include "rendering/sky.hpp"
 #include "unit/rendering/small_world.hpp"
 
 #include <algorithm>
@@ -319,9 +320,14 @@ TEST(CameraRenderer, ShadowsAreDarkerThanTheSunAndMoveWithVehicles) {
   cv::Mat without = renderer.render(still(T), 0);
   raycaster.place_moving(std::vector<world::Instance>{car_at(0.0, 0.0)});
   cv::Mat with = renderer.render(still(T), 1);
-  // The sun stands in the south-south-east: the shadow is as long as the car is high, north of it.
+  // Beside the car, half as far as its shadow reaches.
+  const Eigen::Vector3d to_sun = illumination(Light::kDay, 1).to_sun;
+  const Eigen::Vector2d away = -to_sun.head<2>().normalized();
+  const double side_m = std::min(2.25 / std::abs(away.x()), 0.9 / std::abs(away.y()));
+  const double shadow_m = 1.5 * to_sun.head<2>().norm() / to_sun.z();
+  const Eigen::Vector2d ground_m = Eigen::Vector2d(1.25, 0.0) + (side_m + 0.5 * shadow_m) * away;
   const Eigen::Vector2d pixel =
-      spec.calibration.project(T.inverse() * Eigen::Vector3d(0.5, 1.3, 0.0));
+      spec.calibration.project(T.inverse() * Eigen::Vector3d(ground_m.x(), ground_m.y(), 0.0));
   const cv::Point at(static_cast<int>(std::lround(pixel.x())),
                      static_cast<int>(std::lround(pixel.y())));
   EXPECT_LT(linear(with.at<std::uint8_t>(at)), 0.4 * linear(without.at<std::uint8_t>(at)));
@@ -329,14 +335,19 @@ TEST(CameraRenderer, ShadowsAreDarkerThanTheSunAndMoveWithVehicles) {
 }
 
 TEST(CameraRenderer, BytesAreTheSameWithAnyNumberOfThreads) {
-  const world::World world = street();
-  for (const Light light : {Light::kDay, Light::kDusk, Light::kNight}) {
+  world::World world = street();
+  world::Lamp lamp;
+  lamp.position_m = {30.0, -5.0, 6.0};
+  lamp.intensity = 0.02;
+  world.lamps.push_back(lamp);
+  for (const Light light : {Light::kDay, Light::kOvercast, Light::kDusk, Light::kNight}) {
     std::vector<cv::Mat> first;
     for (const int threads : {1, 2, 3}) {
       Raycaster raycaster(world, std::vector<world::Instance>{car_at(30.0, -4.5)});
       CameraSpec spec;
       spec.calibration = small_camera();
       spec.readout_s = 0.01;
+      spec.T_cam_lamps = looking_ahead({-1.6, 0.0, 0.6}).inverse();
       CameraRenderer renderer(raycaster, spec, light, 1, threads);
       for (std::uint64_t frame = 0; frame < 3; ++frame) {
         const auto x = static_cast<double>(frame);
@@ -367,6 +378,11 @@ TEST(CameraRenderer, RefusesWhatNoCameraHas) {
   EXPECT_THROW(CameraRenderer(raycaster, spec, Light::kDay, 1), std::invalid_argument);
   spec.samples_per_pixel = 1;
   spec.min_exposure_s = 0.1;
+  EXPECT_THROW(CameraRenderer(raycaster, spec, Light::kDay, 1), std::invalid_argument);
+  spec.min_exposure_s = std::nan("");
+  EXPECT_THROW(CameraRenderer(raycaster, spec, Light::kDay, 1), std::invalid_argument);
+  spec.min_exposure_s = 0.0001;
+  spec.vignetting = 1.5;
   EXPECT_THROW(CameraRenderer(raycaster, spec, Light::kDay, 1), std::invalid_argument);
 }
 

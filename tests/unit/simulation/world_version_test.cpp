@@ -86,7 +86,7 @@ class WorldVersion : public ::testing::TestWithParam<Print> {};
 // options. A world that is changed needs another kWorldVersion, and then other prints here. (What
 // surfaces look like is not in the prints: rounded or not, it is the last bits of many sums.)
 TEST_P(WorldVersion, MeansTheSameWorldEverywhere) {
-  ASSERT_EQ(kWorldVersion, 2);
+  ASSERT_EQ(kWorldVersion, 3);
   const world::World world = world::make_world({GetParam().scenario, 5, 150.0});
   EXPECT_EQ(print_of(world, {world, {6, 0.6, 20.0}}), GetParam().text);
 }

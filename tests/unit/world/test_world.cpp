@@ -9,6 +9,7 @@
 #include <cstring>
 #include <numbers>
 #include <stdexcept>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -222,15 +223,28 @@ TEST(World, HasLampsInTownAndTunnel) {
   EXPECT_GT(lit, 50);
 }
 
-TEST(World, StreetLampsGiveAsMuchLightAsRealOnes) {
+double flux_lm(const Lamp& lamp) {
   constexpr double kCandela = 1e5;  // of Lamp::intensity
+  // The rim of the cone is soft: half of the light of its outer part.
+  const double cosine = lamp.cos_cone + 0.15 * (1.0 - lamp.cos_cone);
+  return kCandela * lamp.intensity * 2.0 * std::numbers::pi * (1.0 - cosine);
+}
+
+TEST(World, LampsGiveAsMuchLightAsRealOnes) {
   for (const Lamp& lamp : make_world({Scenario::kTown, 1, 500.0}).lamps) {
-    // The rim of the cone is soft: half of the light of its outer part.
-    const double cosine = lamp.cos_cone + 0.15 * (1.0 - lamp.cos_cone);
-    const double flux_lm = kCandela * lamp.intensity * 2.0 * std::numbers::pi * (1.0 - cosine);
-    EXPECT_GT(flux_lm, 4000.0);
-    EXPECT_LT(flux_lm, 8000.0);
+    EXPECT_GT(flux_lm(lamp), 4000.0);
+    EXPECT_LT(flux_lm(lamp), 8000.0);
   }
+  std::vector<double> in_tunnel;
+  for (const Lamp& lamp : make_world({Scenario::kTunnel, 1, 500.0}).lamps) {
+    if (lamp.always_on) {
+      in_tunnel.push_back(flux_lm(lamp));
+      EXPECT_GT(in_tunnel.back(), 8000.0);
+      EXPECT_LT(in_tunnel.back(), 110'000.0);  // at the portals a row of some
+    }
+  }
+  std::sort(in_tunnel.begin(), in_tunnel.end());
+  EXPECT_LT(in_tunnel[in_tunnel.size() / 2], 12'000.0);
 }
 
 }  // namespace
