@@ -198,6 +198,10 @@ def row_of(data: dict[str, Any], name: str) -> dict[str, Any]:
     return next(t for t in data["targets"] if (t["scenario"], t["row"]) == ("town", name))
 
 
+def hard_entry(data: dict[str, Any], row: str) -> dict[str, Any]:
+    return next(h for h in data["hard_enough"] if (h["row"], h["figure"]) == (row, "apet_m"))
+
+
 def test_targets_can_be_missed_and_the_rows_beside_say_why(programs: FakePrograms) -> None:
     assert run(programs, "--scenarios", "town", "--check") == 0
     assert all(t["met"] for t in figures(programs)["targets"])
@@ -223,22 +227,28 @@ def test_a_lost_run_misses_its_targets_however_small_its_error(programs: FakePro
 def test_a_world_that_the_weak_baseline_copes_with_is_told(programs: FakePrograms) -> None:
     programs.errors(town_1_day_weak=0.2)
     assert run(programs, "--scenarios", "town", "--check") == 1
-    entry = next(
-        h for h in figures(programs)["hard_enough"]
-        if h["row"] == "day_weak" and h["figure"] == "apet_m"
-    )  # fmt: skip
+    entry = hard_entry(figures(programs), "day_weak")
     assert not entry["hard"] and entry["times"] == pytest.approx(0.2 / 0.15)
     assert "the world is too easy" in report(programs)
+
+
+@pytest.mark.parametrize(("coverage", "times"), [(0.9, 0.2 / 0.15), (0.4, "no poses")])
+def test_only_a_baseline_with_hardly_a_pose_is_hard_without_errors(
+    programs: FakePrograms, coverage: float, times: float | str
+) -> None:
+    programs.errors(town_1_day_weak=0.2)
+    programs.coverage(town_1_day_weak=coverage)
+    run(programs, "--scenarios", "town", "--only", "day")
+    entry = hard_entry(figures(programs), "day_weak")
+    assert entry["hard"] == (times == "no poses")
+    assert entry["times"] == (times if isinstance(times, str) else pytest.approx(times))
 
 
 def test_being_lost_does_not_make_a_world_hard(programs: FakePrograms) -> None:
     programs.errors(town_1_reckoning_long=0.2)
     programs.lost('["town_1_reckoning_long.tum"]')  # as any without a map for long enough
     run(programs, "--scenarios", "town")
-    entry = next(
-        h for h in figures(programs)["hard_enough"]
-        if h["row"] == "reckoning_long" and h["figure"] == "apet_m"
-    )  # fmt: skip
+    entry = hard_entry(figures(programs), "reckoning_long")
     assert not entry["hard"] and entry["times"] == pytest.approx(0.2 / 0.15)
 
 
@@ -348,7 +358,34 @@ def test_the_reduced_form_is_shorter_and_has_bounds_of_its_own(programs: FakePro
     data = figures(programs)
     assert data["reduced"] and data["metres"] <= 200.0
     assert {t["scenario"] for t in data["targets"]} == {"town", "highway", "tunnel"}
-    assert [t["row"] for t in data["targets"] if not t["met"]] == ["day"]
+    missed = [(t["row"], t["figure"]) for t in data["targets"] if not t["met"]]
+    assert missed == [("day", "apet_m")]
+
+
+def test_the_reduced_form_tells_a_localiser_that_ignores_the_camera(
+    programs: FakePrograms, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(programs, "--reduced", "--check", "--scenarios", "town") == 0
+    programs.used(town_1_dusk=1)
+    (programs.folder.parent / "out/steps/localise_town_1_dusk.json").unlink()
+    capsys.readouterr()
+    assert run(programs, "--reduced", "--check", "--scenarios", "town") == 1
+    missed = [t for t in figures(programs)["targets"] if not t["met"]]
+    assert [(t["row"], t["figure"], t["value"]) for t in missed] == [("dusk", "used_share", 0.1)]
+    assert missed[0]["why"] == ["only 10 % of the frames give a fix"]
+    assert "MISSED town dusk: frames used: 0.1, at least 0.7" in capsys.readouterr().out
+    assert "at least 0.7" in report(programs)
+
+
+def test_the_reduced_form_enforces_a_world_that_is_hard_for_position(
+    programs: FakePrograms,
+) -> None:
+    programs.errors(town_1_day_weak=0.4)  # under 3 times what the full form allows
+    assert run(programs, "--reduced", "--check", "--scenarios", "town") == 1
+    data = figures(programs)
+    assert all(t["met"] for t in data["targets"])
+    assert {h["figure"] for h in data["hard_enough"]} == {"apet_m"}
+    assert [h["row"] for h in data["hard_enough"] if not h["hard"]] == ["day_weak"]
 
 
 def test_a_variant_merges_settings_and_links_the_rest(tmp_path: Path) -> None:

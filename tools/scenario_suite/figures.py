@@ -21,6 +21,7 @@ from scenario_suite.steps import Book
 # filter itself calls lost (estimator.health.lost_position_std_m).
 LOST_M = 5.0
 MIN_COVERAGE = 0.99
+HARDLY_A_POSE = 0.5  # share of the stamps: below, the errors are those of too little of the way
 
 # Of the evaluation, copied as they are.
 PLAIN = (
@@ -194,12 +195,15 @@ class Verdict:
 
     @property
     def met(self) -> bool:
-        return self.value is not None and self.value <= self.target.limit and self.lost == 0
+        target, value = self.target, self.value
+        return value is not None and target.within(value, target.limit) and self.lost == 0
 
     @property
     def goal_met(self) -> bool:
-        goal = self.target.goal
-        return self.met and goal is not None and self.value is not None and self.value <= goal
+        target, value = self.target, self.value
+        if not self.met or target.goal is None or value is None:
+            return False
+        return target.within(value, target.goal)
 
     @property
     def title(self) -> str:
@@ -228,9 +232,12 @@ def why(results: Results, row: RowFigures, target: Target) -> list[str]:
     reasons = []
     if row.lost:
         reasons.append(f"lost on {row.lost} of {len(row.by_seed)} seeds")
-    limit = target.limit if value > target.limit or target.goal is None else target.goal
+    missed = target.goal is None or not target.within(value, target.limit)
+    limit = target.limit if missed else target.goal or 0.0
     true_map = results.row(row.scenario, f"{row.row.name}_truth")
-    beside = true_map.median(target.figure) if true_map is not None else None
+    beside = None
+    if true_map is not None and not target.at_least:
+        beside = true_map.median(target.figure)
     name = NAMES[target.figure].split()[0]
     if beside is not None:
         unit = "rad" if "rad" in target.figure else "m"
@@ -259,7 +266,7 @@ class Hardness:
 
     target: Target
     row: Row
-    times: float | None  # value over target, inf: hardly a pose; None: not measured
+    times: float | None  # value over bound, inf: hardly a pose; None: not measured
 
     def hard(self, times: float) -> bool:
         return self.times is not None and self.times >= times
@@ -268,13 +275,13 @@ class Hardness:
 def hardness(results: Results, targets: Iterable[Target], rows: Iterable[str]) -> list[Hardness]:
     out = []
     for target in targets:
-        for name in rows:
+        for name in rows if not target.at_least else ():
             row = results.row(target.scenario, name.format(query=target.row))
             if row is None:
                 continue
             value, coverage = row.median(target.figure), row.median("coverage")
             times = None if value is None else value / target.limit
-            if coverage is not None and coverage < MIN_COVERAGE:
-                times = math.inf  # the errors are those of the rest of the way
+            if coverage is not None and coverage < HARDLY_A_POSE:
+                times = math.inf
             out.append(Hardness(target, row.row, times))
     return out

@@ -250,8 +250,9 @@ def suite_report(
     if choice.reduced:
         parts.append(
             paragraph(
-                "Reduced form: one short drive each, with bounds of its own that tell a broken "
-                "program from a working one.",
+                "Reduced form: one short drive each, with bounds of its own: some 2.5 times what "
+                "was measured, and how many of the frames are used. Whether the world is hard "
+                "enough is held against the position targets of the full form.",
                 "soft",
             )
         )

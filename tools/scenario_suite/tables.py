@@ -29,21 +29,21 @@ def anchor(scenario: str, row: str) -> str:
 
 def target_table(verdicts: list[Verdict], results: Results) -> Html:
     table = Table(
-        ["target", "median", "each seed", "at most", "goal", "", "why, by the rows beside"],
+        ["target", "median", "each seed", "bound", "goal", "", "why, by the rows beside"],
         texts=[5, 6],
     )
     for verdict in verdicts:
         target = verdict.target
         row = results.row(target.scenario, target.row)
         seeds = [] if row is None else [
-            unit_number(target.figure, None if f is None else f[target.figure])
+            unit_number(target.figure, None if f is None else f.get(target.figure))
             for f in row.by_seed.values()
         ]  # fmt: skip
         table.add(
             verdict.title,
             unit_number(target.figure, verdict.value),
             ", ".join(seeds),
-            f"{target.limit:g}",
+            target.bound,
             NONE if target.goal is None else f"{target.goal:g}",
             mark(verdict.met, target.goal is not None and not verdict.goal_met),
             "; ".join(verdict.reasons),
