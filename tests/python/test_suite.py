@@ -15,14 +15,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 from fake_programs import LOCALISE, FakePrograms
 from programs import done
 from programs import run as programs_run
 
 import scenario_suite.report
 import suite
-from drive_variant import make_variant, merged
 from scenario_suite.figures import read_json
 from scenario_suite.plan import Choice, make_plan
 from scenario_suite.rows import TARGETS
@@ -386,20 +384,3 @@ def test_the_reduced_form_enforces_a_world_that_is_hard_for_position(
     assert all(t["met"] for t in data["targets"])
     assert {h["figure"] for h in data["hard_enough"]} == {"apet_m"}
     assert [h["row"] for h in data["hard_enough"] if not h["hard"]] == ["day_weak"]
-
-
-def test_a_variant_merges_settings_and_links_the_rest(tmp_path: Path) -> None:
-    assert merged({"a": {"b": 1, "c": 2}, "d": 3}, {"a": {"b": 5}, "d": {"e": 6}}) == {
-        "a": {"b": 5, "c": 2},
-        "d": {"e": 6},
-    }
-    drive = tmp_path / "drive"
-    drive.mkdir()
-    (drive / "vehicle.yaml").write_text("matching: {matcher: mutual, threads: 1}\n")
-    (drive / "can.log").write_text("log")
-    out = tmp_path / "variant"
-    make_variant(drive, out, {"matching": {"matcher": "guided"}})
-    settings = yaml.safe_load((out / "vehicle.yaml").read_text())
-    assert settings == {"matching": {"matcher": "guided", "threads": 1}}
-    assert (out / "can.log").is_symlink() and (out / "can.log").read_text() == "log"
-    assert not (out / "vehicle.yaml").is_symlink()
