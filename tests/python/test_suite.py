@@ -21,10 +21,12 @@ from programs import run as programs_run
 
 import scenario_suite.report
 import suite
+from scenario_suite import checksums, steps
+from scenario_suite.checksums import first_checksum, libraries
 from scenario_suite.figures import read_json
 from scenario_suite.plan import Choice, make_plan
 from scenario_suite.rows import TARGETS
-from scenario_suite.steps import Book, first_checksum
+from scenario_suite.steps import Book, StartPose, Step, keys_of
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -168,6 +170,51 @@ def test_a_changed_program_or_length_does_again_what_depends_on_it(programs: Fak
     assert [c.split()[0] for c in programs.calls()] == ["topoloc-localise", "topoloc-evaluate"]
     run(programs, "--scenarios", "town", "--only", "day_truth", "--metres", "300")
     assert programs.calls()[0].startswith("topoloc-simulate")
+
+
+def keys_now(program: Path) -> dict[str, str]:
+    """Of a step that starts at a pose, and of one that does not."""
+    first_checksum.cache_clear()
+    libraries.cache_clear()
+    steps = [
+        Step("start", "", ("program", StartPose("truth.tum")), ()),
+        Step("plain", "", ("program", "truth.tum"), ()),
+    ]
+    return keys_of(steps, lambda _: str(program))
+
+
+def test_keys_cover_the_projects_libraries_and_the_code_of_the_start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program, ours, systems = (
+        tmp_path / name for name in ("program", "cache/libours.so", "libc.so")
+    )
+    ours.parent.mkdir()
+    for file in (program, ours, systems, tmp_path / "start.py"):
+        file.write_text("a build")
+    ldd = tmp_path / "bin/ldd"
+    ldd.parent.mkdir()
+    ldd.write_text(
+        "#!/bin/sh\necho '\tlinux-vdso.so.1 (0x1)'\n"
+        f"echo '\tlibours.so => {ours} (0x2)'\necho '\tlibc.so => {systems} (0x3)'\n"
+        "echo '\tlibmissing.so => not found'\n"
+    )
+    ldd.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{ldd.parent}:{os.environ['PATH']}")
+    monkeypatch.setattr(checksums, "OWN", (tmp_path / "cache",))
+    monkeypatch.setattr(steps, "START_CODE", tmp_path / "start.py")
+    before = keys_now(program)
+    systems.write_text("another build")
+    assert keys_now(program) == before
+    (tmp_path / "start.py").write_text("other code")
+    started = keys_now(program)
+    assert started["start"] != before["start"] and started["plain"] == before["plain"]
+    ours.write_text("another build")
+    assert keys_now(program)["plain"] != before["plain"]
+    ldd.write_text("#!/bin/false\n")
+    assert keys_now(program)["plain"] and libraries(program) == ()
+    monkeypatch.setenv("PATH", "")
+    assert keys_now(program)["plain"] and libraries(program) == ()
 
 
 def test_a_failed_step_is_reported_and_does_not_stop_the_rest(programs: FakePrograms) -> None:
