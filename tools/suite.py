@@ -119,7 +119,8 @@ def show_plan(plan: Plan, runner: Runner) -> None:
 
 def as_json(results: Results, verdicts: list[Verdict], hard: list[Hardness]) -> dict[str, Any]:
     return {
-        "code": code_version(),
+        "source_tree": code_version(),
+        "programs": results.programs,
         "metres": results.plan.choice.metres,
         "reduced": results.plan.choice.reduced,
         "rows": [
@@ -232,7 +233,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         tell("\ninterrupted: the same command goes on from here")
         code = 130
-    results = load_results(plan, out, book)
+    results = load_results(plan, out, book, resolve)
     verdicts = judge(results, targets)
     hard = (
         hardness(results, REDUCED_HARD_TARGETS, REDUCED_HARD_ROWS)

@@ -81,11 +81,14 @@ for word in ("weak", "reckoning", "gnss"):
     if word in option("--estimate"):
         error = 4.0
 error = told("errors", option("--json"), error)
-nees = {"anees": 2.0, "lower_95": 2.5, "upper_95": 3.5, "inside_share": 0.99}
+nees = {
+    "anees": told("anees", option("--json"), 2.0), "lower_95": 2.5, "upper_95": 3.5,
+    "inside_share": told("inside", option("--json"), 0.99)}
 figures = {
     "apet_m": error, "aper_rad": 0.01 * error, "longitudinal_m": error / 2,
     "lateral_m": error / 2, "vertical_m": 0.0, "longitudinal_signed_m": 0.0,
-    "lateral_signed_m": 0.0, "max_position_m": error, "p95_position_m": error,
+    "lateral_signed_m": 0.0, "max_position_m": told("worst", option("--json"), error),
+    "max_horizontal_m": error, "p95_position_m": error,
     "median_position_m": error, "median_rotation_rad": 0.001,
     "coverage": told("coverage", option("--json"), 1.0),
     "travelled_m": 4.0, "consistency": {"position": nees, "attitude": nees}}
@@ -132,6 +135,17 @@ class FakePrograms:
     def coverage(self, **by_word: float) -> None:
         """They have a pose at this share of the stamps."""
         self._tell("coverage", by_word)
+
+    def anees(self, **by_word: float) -> None:
+        self._tell("anees", by_word)
+
+    def inside(self, **by_word: float) -> None:
+        """Share of the steps inside their own 95 %."""
+        self._tell("inside", by_word)
+
+    def worst(self, **by_word: float) -> None:
+        """Their largest error."""
+        self._tell("worst", by_word)
 
     def used(self, **by_word: float) -> None:
         """That many of their 10 frames give a fix."""

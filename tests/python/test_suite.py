@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import re
 import signal
@@ -24,7 +25,7 @@ import suite
 from scenario_suite import checksums, steps
 from scenario_suite.checksums import first_checksum, libraries
 from scenario_suite.figures import read_json
-from scenario_suite.plan import Choice, make_plan
+from scenario_suite.plan import Choice, make_plan, reduced
 from scenario_suite.rows import TARGETS
 from scenario_suite.steps import Book, StartPose, Step, keys_of
 
@@ -89,6 +90,17 @@ def test_every_target_has_its_row_in_the_full_plan() -> None:
         assert (target.scenario, target.row) in rows
         assert (target.scenario, f"{target.row}_weak") in rows
         assert (target.scenario, "reckoning_long") in rows
+
+
+def test_sift_with_default_gates_shares_the_weak_baselines_map_and_only_matches_otherwise() -> None:
+    plan = make_plan(Choice(scenarios=("town",), seeds=(1,)))
+    rows = {run.row.name: run.row for run in plan.runs}
+    assert rows["day_sift"].settings == {"matching": {"extractor": "sift", "matcher": "ratio"}}
+    assert (rows["day_sift"].map, rows["day_sift"].group) == (
+        rows["day_weak"].map,
+        rows["day_weak"].group,
+    )
+    assert not any(run.row.name.endswith("_sift") for run in make_plan(reduced(Choice())).runs)
 
 
 def test_models_get_rows_where_their_files_are(tmp_path: Path) -> None:
@@ -297,6 +309,42 @@ def test_being_lost_does_not_make_a_world_hard(programs: FakePrograms) -> None:
     assert not entry["hard"] and entry["times"] == pytest.approx(0.2 / 0.15)
 
 
+def causes(programs: FakePrograms) -> dict[str, str]:
+    """Hint of each row of the town, seed 1, in the report."""
+    cells = re.findall(
+        r"<tr><td>town: [^<]*: ([^<:]*)</td>.*?<td class=\"text\">([^<]*)</td></tr>",
+        report(programs).partition("likely cause (a hint)")[2],
+    )
+    return dict(cells)
+
+
+def test_hints_at_inconsistency_tell_a_single_stretch_and_speak_of_maps_where_there_is_one(
+    programs: FakePrograms,
+) -> None:
+    run(programs, "--scenarios", "town", "--only", "day")
+    told = causes(programs)
+    assert "nodes" in told["without speed"]
+    reckoning = told["dead reckoning from the true start"]
+    assert reckoning.startswith("position: errors below") and "nodes" not in reckoning
+    programs.anees(town_1_day=9.0)
+    programs.inside(town_1_day=0.5)
+    programs.worst(town_1_day_mutual=1.4, town_1_day_reckoning=40.0)
+    for step in (programs.folder.parent / "out/steps").glob("evaluate_*"):
+        step.unlink()
+    run(programs, "--scenarios", "town", "--only", "day")
+    told = causes(programs)
+    assert (
+        "a single stretch: once off by 1.40 m, 0.05 m in the median"
+        in told["XFeat, mutual nearest"]
+    )
+    assert "a single stretch" not in told["XFeat, guided"]
+    assert "a single stretch" not in told["dead reckoning from the true start"]
+    gates = "wrong matches pass for right ones without gates"
+    assert gates in told["SIFT + ratio test, no gates, true node poses"]
+    assert told["SIFT + ratio test, default gates, true node poses"].startswith("position: over")
+    assert gates not in told["SIFT + ratio test, default gates, true node poses"]
+
+
 def test_a_program_replaced_while_it_runs_makes_no_result(programs: FakePrograms) -> None:
     replace = "Path(__file__).write_text(Path(__file__).read_text() + '# another build')\n"
     programs.write("topoloc-localise", LOCALISE + replace)
@@ -360,7 +408,11 @@ def test_the_report_is_one_file_with_command_seed_and_map_size_of_every_figure(
         assert anchor in parser.ids
     assert "# seed 1  # map: 900 bytes, 9 nodes" in text
     assert "topoloc-map build --drive drives/town_1_map --cloud" in text
-    assert "--initial-pose=0.8" in text.replace("&#x27;", "") and "code " in text
+    assert "--initial-pose=0.8" in text.replace("&#x27;", "") and "source tree " in text
+    for name in ("topoloc-simulate", "topoloc-map", "topoloc-localise", "topoloc-evaluate"):
+        checksum = hashlib.sha256((programs.folder / name).read_bytes()).hexdigest()
+        assert f"{name} {checksum[:12]}" in text
+        assert figures(programs)["programs"][name] == checksum[:12]
     for row in ("SIFT + ratio test, no gates", "dead reckoning", "low-cost GNSS", "without speed"):
         assert row in text
     for scenario in ("Town", "Tunnel", "Node poses", "Consistency"):

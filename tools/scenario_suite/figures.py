@@ -15,7 +15,7 @@ from typing import Any
 
 from scenario_suite.plan import SETTLED_AFTER_S, Plan, Run
 from scenario_suite.rows import NAMES, Row, Target
-from scenario_suite.steps import Book
+from scenario_suite.steps import Book, Resolve, program_checksums
 
 # A localiser that is farther off does not know where it is, whatever it says; as far off as the
 # filter itself calls lost (estimator.health.lost_position_std_m).
@@ -26,8 +26,8 @@ HARDLY_A_POSE = 0.5  # share of the stamps: below, the errors are those of too l
 # Of the evaluation, copied as they are.
 PLAIN = (
     "apet_m", "aper_rad", "longitudinal_m", "lateral_m", "longitudinal_signed_m",
-    "lateral_signed_m", "vertical_m", "max_position_m", "p95_position_m", "coverage",
-    "travelled_m",
+    "lateral_signed_m", "vertical_m", "median_position_m", "max_position_m", "p95_position_m",
+    "max_horizontal_m", "coverage", "travelled_m",
 )  # fmt: skip
 
 PARTS = ("longitudinal", "lateral", "vertical")
@@ -153,6 +153,7 @@ class Results:
     book: Book
     rows: list[RowFigures]
     maps: dict[str, MapFigures]
+    programs: dict[str, str]  # their checksums
 
     def row(self, scenario: str, name: str) -> RowFigures | None:
         return next((r for r in self.rows if (r.scenario, r.row.name) == (scenario, name)), None)
@@ -168,7 +169,7 @@ def valid(book: Book, step: str) -> bool:
     return outcome is not None and not outcome.failed
 
 
-def load_results(plan: Plan, folder: Path, book: Book) -> Results:
+def load_results(plan: Plan, folder: Path, book: Book, resolve: Resolve) -> Results:
     rows: dict[tuple[str, str], RowFigures] = {}
     for run in plan.runs:
         done = valid(book, f"evaluate_{run.name}")
@@ -181,7 +182,8 @@ def load_results(plan: Plan, folder: Path, book: Book) -> Results:
         figures_of_map = map_figures(folder, name) if valid(book, f"{name}_errors") else None
         if figures_of_map is not None:
             maps[name] = figures_of_map
-    return Results(plan, folder, book, list(rows.values()), maps)
+    programs = program_checksums(plan.steps, resolve)
+    return Results(plan, folder, book, list(rows.values()), maps, programs)
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,11 @@ from typing import Any
 
 Settings = dict[str, Any]
 
+SIFT: Settings = {"matching": {"extractor": "sift", "matcher": "ratio"}}
+
 # SIFT with the ratio test, no gates: all matches go to a least-squares update.
 WEAK: Settings = {
-    "matching": {"extractor": "sift", "matcher": "ratio", "outliers": {"method": "none"}},
+    "matching": {**SIFT["matching"], "outliers": {"method": "none"}},
     "estimator": {
         "map_update": {
             "match_gate_chi2": 1e6,
@@ -50,7 +52,7 @@ MAPS = {
         MapKind("auto", "--refine auto from prior.tum"),
         MapKind("truth", "true node poses", trajectory="ground_truth.tum", refine="none"),
         MapKind("self", "even frames, --refine auto from prior.tum", frames="even"),
-        _of_true_poses("sift", "SIFT", WEAK),
+        _of_true_poses("sift", "SIFT", SIFT),
         _of_true_poses("aliked", "ALIKED", ALIKED),
         _of_true_poses("disk", "DISK", DISK),
     )
@@ -97,6 +99,8 @@ def _light_rows(light: str) -> list[Row]:
             models=("disk_640x384_n512.onnx", "lightglue-disk_n512.onnx"), settings=DISK),
         Row(f"{light}_weak", others, "SIFT + ratio test, no gates, true node poses", light, "sift",
             settings=WEAK, reduced=True),
+        Row(f"{light}_sift", others, "SIFT + ratio test, default gates, true node poses", light,
+            "sift", settings=SIFT),
         Row(f"{light}_reckoning", others, "dead reckoning from the true start", light, None,
             options=("--dead-reckoning",), start="true", reduced=light == "day"),
         Row(f"{light}_gnss", others, "low-cost GNSS", light, None, gnss=True,

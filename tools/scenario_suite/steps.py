@@ -141,6 +141,12 @@ def keys_of(steps: Iterable[Step], resolve: Resolve) -> dict[str, str]:
     return keys
 
 
+def program_checksums(steps: Iterable[Step], resolve: Resolve) -> dict[str, str]:
+    """Which builds the results are of, for people: the begin of each program's checksum."""
+    names = sorted({str(step.command[0]) for step in steps})
+    return {name: first_checksum(Path(resolve(name)))[:12] for name in names}
+
+
 def remove(path: Path) -> None:
     if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path)
