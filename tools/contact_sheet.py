@@ -10,6 +10,7 @@ picture: a row per drive, frames as the camera took them, evenly spread over the
 from __future__ import annotations
 
 import argparse
+import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
@@ -23,6 +24,7 @@ from demo import run
 from freshness import outdated
 from image_check.frames import Grey, decode
 from lcm_types import message_types
+from scenario_suite.plan import SEED_OFFSET
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = """examples:
@@ -43,12 +45,19 @@ class Strip:
     def title(self) -> str:
         return f"{self.scenario}, {self.light}"
 
+    def own_seed(self, seed: int) -> int:
+        """Of its own for each day, with other traffic, parked cars and clouds."""
+        return seed if self.light == "day" else seed + SEED_OFFSET[self.light]
+
+    def drive(self, work: Path, seed: int) -> Path:
+        return work / f"{self.scenario}_{self.light}_{self.own_seed(seed)}"
+
     def options(self, work: Path, seed: int) -> list[str | Path]:
-        world = work / f"{self.scenario}_day_{seed}"
+        own = ("--seed", str(self.own_seed(seed)))
         if self.light == "day":
-            length = f"{self.length_km:g}"
-            return ["--scenario", self.scenario, "--seed", str(seed), "--length-km", length]
-        return ["--from-world", world, "--light", self.light, "--seed", str(seed + 1)]
+            return ["--scenario", self.scenario, *own, "--length-km", f"{self.length_km:g}"]
+        world = Strip(self.scenario, "day").drive(work, seed)
+        return ["--from-world", world, "--light", self.light, *own]
 
 
 STRIPS = (
@@ -62,7 +71,7 @@ STRIPS = (
 
 
 def simulated(strip: Strip, work: Path, bins: Path, seed: int) -> Path:
-    drive = work / f"{strip.scenario}_{strip.light}_{seed}"
+    drive = strip.drive(work, seed)
     simulator = bins / "topoloc-simulate"
     if outdated(drive / "vehicle.yaml", [simulator]):
         rate = ("--camera-hz", f"{CAMERA_HZ:g}")
@@ -106,9 +115,17 @@ def main() -> int:
     parser.add_argument("--work", type=Path, default=ROOT / "demo/contact_sheet")
     parser.add_argument("--bins", type=Path, default=ROOT / "build/release/bin")
     args = parser.parse_args()
-    args.work.mkdir(parents=True, exist_ok=True)
-    drives = [(strip.title, simulated(strip, args.work, args.bins, args.seed)) for strip in STRIPS]
-    draw([(title, frames(drive, args.columns)) for title, drive in drives], args.out)
+    try:
+        args.work.mkdir(parents=True, exist_ok=True)
+        drives = [(s.title, simulated(s, args.work, args.bins, args.seed)) for s in STRIPS]
+        draw([(title, frames(drive, args.columns)) for title, drive in drives], args.out)
+    except subprocess.CalledProcessError as error:
+        # The program has said why.
+        print(f"contact_sheet: {Path(error.cmd[0]).name} failed", file=sys.stderr)
+        return 1
+    except (OSError, ValueError) as error:
+        print(f"contact_sheet: {error}", file=sys.stderr)
+        return 1
     print(f"contact sheet: {args.out}")
     return 0
 

@@ -9,8 +9,8 @@ essential matrix, found from the matches (2 px). Their product is the share of t
 is found again ("repeated"). Matches are mutual nearest neighbours and LighterGlue's, images
 undistorted into the default matching camera; no depth is needed: all drives are treated alike.
 
-With --across A B, two drives through one world: each chosen frame of B with the frame of A that is
-nearest by pose, and the share of the matches that agree with the true poses.
+With --across A B, two drives through one world: frames of B, --metres apart, each with the frame of
+A that is nearest by pose, and the share of the matches that agree with the true poses.
 """
 
 from __future__ import annotations
@@ -23,8 +23,9 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import yaml
 
-from image_check.frames import DriveImages, Frame
+from image_check.frames import Camera, DriveImages, Floats, Frame
 from image_check.matching import (
     Features,
     Models,
@@ -41,27 +42,50 @@ EXAMPLES = """examples:
   .venv/bin/python tools/image_statistics.py demo/kitti_0039 drives/town_1 --within 0.3
   .venv/bin/python tools/image_statistics.py --across drives/town_1_map drives/town_1_dusk"""
 MATCHERS = ("mutual", "network")
-COMPARED = ("repeated_share", "inlier_share")
+COMPARED = {"repeated_share": "repeated", "inlier_share": "inliers"}
 MAX_ACROSS_M, MAX_ACROSS_RAD = 5.0, 0.3
 
 Statistics = dict[str, dict[str, float]]
 
 
-def neighbours(drive: DriveImages, metres: float, count: int) -> list[tuple[int, int]]:
-    """Evenly spread pairs of frames that are at least `metres` apart, hardly farther."""
-    pairs: list[tuple[int, int]] = []
-    positions = [position for _, _, position in drive.cameras]
+def distinct(positions: list[Floats], metres: float) -> list[int]:
+    """Frames at least `metres` apart: a vehicle that stands is one view, however many it takes."""
+    chosen: list[int] = []
     for i, position in enumerate(positions):
-        # A vehicle that stands is one view, however many frames it takes.
-        if pairs and np.linalg.norm(position - positions[pairs[-1][0]]) < 0.1 * metres:
-            continue
-        for j in range(i + 1, len(positions)):
-            if np.linalg.norm(positions[j] - position) >= metres:
-                pairs.append((i, j))
-                break
+        if not chosen or np.linalg.norm(position - positions[chosen[-1]]) >= metres:
+            chosen.append(i)
+    return chosen
+
+
+def spread(pairs: list[tuple[int, int]], count: int) -> list[tuple[int, int]]:
+    """At most `count` of them, evenly."""
     if len(pairs) <= count:
         return pairs
     return [pairs[k] for k in np.linspace(0, len(pairs) - 1, count).astype(int)]
+
+
+def neighbours(cameras: list[Camera], metres: float) -> list[tuple[int, int]]:
+    """Pairs of frames that are at least `metres` apart, hardly farther."""
+    pairs: list[tuple[int, int]] = []
+    positions = [position for _, _, position in cameras]
+    for i in distinct(positions, 0.1 * metres):
+        for j in range(i + 1, len(positions)):
+            if np.linalg.norm(positions[j] - positions[i]) >= metres:
+                pairs.append((i, j))
+                break
+    return pairs
+
+
+def nearest(query: list[Camera], nodes: list[Camera], metres: float) -> list[tuple[int, int]]:
+    """Frames of a drive, at least `metres` apart, each with the nearest of another drive."""
+    pairs: list[tuple[int, int]] = []
+    for i in distinct([position for _, _, position in query], metres) if nodes else ():
+        _, rotation, position = query[i]
+        far = [float(np.linalg.norm(p - position)) for _, _, p in nodes]
+        j = int(np.argmin(far))
+        if far[j] < MAX_ACROSS_M and heading_angle(rotation, nodes[j][1]) < MAX_ACROSS_RAD:
+            pairs.append((i, j))
+    return pairs
 
 
 def medians(rows: list[dict[str, float]]) -> dict[str, float]:
@@ -88,7 +112,7 @@ def matches_of(models: Models, a: Features, b: Features) -> dict[str, Pairs]:
 
 def within_drive(folder: Path, models: Models, metres: float, count: int) -> Statistics:
     drive = DriveImages(folder)
-    pairs = neighbours(drive, metres, count)
+    pairs = spread(neighbours(drive.cameras, metres), count)
     frames = drive.frames({i for pair in pairs for i in pair})
     features = {i: models.extract(frame.image, drive.mask) for i, frame in frames.items()}
     rows: dict[str, list[dict[str, float]]] = {name: [] for name in MATCHERS}
@@ -102,24 +126,22 @@ def within_drive(folder: Path, models: Models, metres: float, count: int) -> Sta
             agree = found_agreement(a.rays[found[:, 0]], b.rays[found[:, 1]], seed=n)
             rows[name].append(shares(a, found, agree))
     out: Statistics = {name: medians(lines) for name, lines in rows.items()}
-    out["pairs"] = {"count": float(len(apart)), "apart_m": statistics.median(apart or [0.0])}
-    grey = [frame.image[drive.mask] for frame in frames.values()]
-    out["grey"] = {
-        "mean": float(np.mean([g.mean() for g in grey])),
-        "deviation": float(np.mean([g.std() for g in grey])),
-    }
+    out["pairs"] = {"count": float(len(apart))}
+    if apart:
+        out["pairs"]["apart_m"] = statistics.median(apart)
+        grey = [frame.image[drive.mask] for frame in frames.values()]
+        out["grey"] = {
+            "mean": float(np.mean([g.mean() for g in grey])),
+            "deviation": float(np.mean([g.std() for g in grey])),
+        }
     return out
 
 
-def across_drives(map_folder: Path, query_folder: Path, models: Models, count: int) -> Statistics:
+def across_drives(
+    map_folder: Path, query_folder: Path, models: Models, metres: float, count: int
+) -> Statistics:
     nodes, query = DriveImages(map_folder), DriveImages(query_folder)
-    chosen = []
-    for i in np.linspace(0, len(query.cameras) - 1, count).astype(int):
-        _, rotation, position = query.cameras[i]
-        far = [float(np.linalg.norm(p - position)) for _, _, p in nodes.cameras]
-        j = int(np.argmin(far))
-        if far[j] < MAX_ACROSS_M and heading_angle(rotation, nodes.cameras[j][1]) < MAX_ACROSS_RAD:
-            chosen.append((int(i), j))
+    chosen = spread(nearest(query.cameras, nodes.cameras, metres), count)
     query_frames = query.frames({i for i, _ in chosen})
     node_frames = nodes.frames({j for _, j in chosen})
     rows: dict[str, list[dict[str, float]]] = {name: [] for name in MATCHERS}
@@ -157,13 +179,16 @@ def table(names: list[str], results: list[Statistics]) -> list[str]:
             if not f:
                 lines.append(f"| {name} | 0 | | {matcher} | | | | | |")
                 continue
-            ratios = [f[key] / first[key] for key in COMPARED if first.get(key)]
+            ratios = [
+                f"{title} x {f[key] / first[key]:.2f}"
+                for key, title in COMPARED.items() if first.get(key)
+            ]  # fmt: skip
             apart = result["pairs"].get("apart_m")
             lines.append(
                 f"| {name} | {result['pairs']['count']:.0f} | "
                 f"{'' if apart is None else f'{apart:.2f}'} | {matcher} | {f['keypoints']:.0f} | "
                 f"{f['matched_share']:.2f} | {f['inlier_share']:.2f} | {f['repeated_share']:.2f} | "
-                f"repeated x {ratios[0]:.2f}, inliers x {ratios[1]:.2f} |"
+                f"{', '.join(ratios)} |"
             )
     return lines
 
@@ -180,13 +205,13 @@ def outside(results: list[Statistics], within: float) -> list[str]:
     return out
 
 
-def main() -> int:
+def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         description=__doc__, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("drives", nargs="*", type=Path, help="drive folders with ground truth")
     parser.add_argument("--across", nargs=2, type=Path, metavar=("A", "B"))
-    parser.add_argument("--metres", type=float, default=1.0, help="between neighbours [1]")
+    parser.add_argument("--metres", type=float, default=1.0, help="between frames [1]")
     parser.add_argument("--pairs", type=int, default=60, help="per drive [60]")
     parser.add_argument(
         "--within", type=float, help="exit 1 where a drive differs by a larger share"
@@ -199,6 +224,11 @@ def main() -> int:
     args = parser.parse_args()
     if not args.drives and not args.across:
         parser.error("give drives, or --across")
+    return args
+
+
+def compare(args: argparse.Namespace) -> int:
+    """Exit code."""
     models = Models(args.models)
     names = [str(drive) for drive in args.drives]
     results = [within_drive(d, models, args.metres, args.pairs) for d in args.drives]
@@ -206,8 +236,9 @@ def main() -> int:
     if results:
         print("\n".join(table(names, results)))
     if args.across:
-        label = f"{args.across[1]} in {args.across[0]}"
-        figures[label] = across_drives(args.across[0], args.across[1], models, args.pairs)
+        a, b = args.across
+        label = f"{b} in {a}"
+        figures[label] = across_drives(a, b, models, args.metres, args.pairs)
         print("\n".join(table([label], [figures[label]])))
     if args.json:
         args.json.write_text(json.dumps(figures, indent=1) + "\n")
@@ -215,6 +246,14 @@ def main() -> int:
     for complaint in complaints:
         print(complaint, file=sys.stderr)
     return 1 if complaints else 0
+
+
+def main() -> int:
+    try:
+        return compare(arguments())
+    except (OSError, ValueError, KeyError, yaml.YAMLError) as error:
+        print(f"image_statistics: {' '.join(str(error).split())}", file=sys.stderr)
+        return 1
 
 
 if __name__ == "__main__":

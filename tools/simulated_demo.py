@@ -57,7 +57,7 @@ def run(out: Path, bins: Path, every_metres: float = 5.0, metres: float = METRES
     except KeyboardInterrupt:
         tell("\ninterrupted: the same command goes on from here")
         return 130
-    results = load_results(plan, out, book)
+    results = load_results(plan, out, book, resolve)
     print("\n" + demo_table(results))
     report = out / "report.html"
     report.write_text(demo_report(results, "make demo"))

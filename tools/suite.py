@@ -21,7 +21,14 @@ from typing import Any
 from scenario_suite.figures import Hardness, Results, Verdict, hardness, judge, load_results
 from scenario_suite.plan import Choice, Plan, make_plan, reduced
 from scenario_suite.report import code_version, suite_report
-from scenario_suite.rows import HARD_ROWS, HARD_TIMES, REDUCED_TARGETS, TARGETS
+from scenario_suite.rows import (
+    HARD_ROWS,
+    HARD_TIMES,
+    REDUCED_HARD_ROWS,
+    REDUCED_HARD_TARGETS,
+    REDUCED_TARGETS,
+    TARGETS,
+)
 from scenario_suite.steps import (
     Book,
     FolderInUseError,
@@ -112,7 +119,8 @@ def show_plan(plan: Plan, runner: Runner) -> None:
 
 def as_json(results: Results, verdicts: list[Verdict], hard: list[Hardness]) -> dict[str, Any]:
     return {
-        "code": code_version(),
+        "source_tree": code_version(),
+        "programs": results.programs,
         "metres": results.plan.choice.metres,
         "reduced": results.plan.choice.reduced,
         "rows": [
@@ -133,6 +141,7 @@ def as_json(results: Results, verdicts: list[Verdict], hard: list[Hardness]) -> 
                 "figure": v.target.figure,
                 "value": v.value,
                 "limit": v.target.limit,
+                "at_least": v.target.at_least,
                 "goal": v.target.goal,
                 "met": v.met,
                 "why": v.reasons,
@@ -171,11 +180,11 @@ def print_summary(results: Results, verdicts: list[Verdict], hard: list[Hardness
     print()
     for v in verdicts:
         value = "not measured" if v.value is None else f"{v.value:.4g}"
-        print(f"{'met   ' if v.met else 'MISSED'} {v.title}: {value}, at most {v.target.limit:g}"
+        print(f"{'met   ' if v.met else 'MISSED'} {v.title}: {value}, {v.target.bound}"
               f"{'' if v.met else ': ' + '; '.join(v.reasons)}")  # fmt: skip
     for h in hard:
         if not h.hard(HARD_TIMES):
-            times = "not measured" if h.times is None else f"{h.times:.1f} times the target"
+            times = "not measured" if h.times is None else f"{h.times:.1f} times {h.target.limit:g}"
             print(f"too easy: {h.target.scenario} {h.target.figure}, {h.row.label}: {times}")
 
 
@@ -224,10 +233,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         tell("\ninterrupted: the same command goes on from here")
         code = 130
-    results = load_results(plan, out, book)
+    results = load_results(plan, out, book, resolve)
     verdicts = judge(results, targets)
-    # On a short way dead reckoning is good anywhere.
-    hard = hardness(results, TARGETS, HARD_ROWS[:1] if args.reduced else HARD_ROWS)
+    hard = (
+        hardness(results, REDUCED_HARD_TARGETS, REDUCED_HARD_ROWS)
+        if args.reduced
+        else hardness(results, TARGETS, HARD_ROWS)
+    )
     print_summary(results, verdicts, hard)
     report = args.report or out / "report.html"
     report.write_text(
@@ -236,7 +248,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if args.json:
         args.json.write_text(json.dumps(as_json(results, verdicts, hard), indent=1) + "\n")
     print(f"\nreport: {report}")
-    easy = not args.reduced and any(not h.hard(HARD_TIMES) for h in hard)
+    easy = any(not h.hard(HARD_TIMES) for h in hard)
     if code == 0 and args.check and (easy or not all(v.met for v in verdicts)):
         return 1
     return code

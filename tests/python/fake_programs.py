@@ -23,6 +23,15 @@ if any(w and w in " ".join(words) for w in (here / "fail").read_text().split()):
 def option(name):
     return words[words.index(name) + 1]
 
+def told(what, name, value):
+    # what the test has said of results whose name contains a word
+    file = here / what
+    for line in file.read_text().splitlines() if file.is_file() else []:
+        word, said = line.split()
+        if word in name:
+            value = float(said)
+    return value
+
 def pose(i):
     return f"{{i}}.0 {{i}} 0 0 0 0 0 1\\n"
 
@@ -61,7 +70,8 @@ mode = "lost" if any(word in str(out) for word in lost) else "tracking"
 out.with_suffix(".states.csv").write_text(
     "time_ns,mode\\n" + "".join(f"{i}000000000,{mode}\\n" for i in range(5)))
 Path(option("--json")).write_text(json.dumps({
-    "frames": 10, "map_updates_accepted": 9, "median_frame_ms": 50.0,
+    "frames": 10, "map_updates_accepted": told("used", option("--json"), 9),
+    "median_frame_ms": 50.0,
     "median_stage_ms": {"extract": 30.0, "match": 20.0}}))
 """
 
@@ -70,17 +80,17 @@ error = 0.05
 for word in ("weak", "reckoning", "gnss"):
     if word in option("--estimate"):
         error = 4.0
-errors = here / "errors"
-for line in errors.read_text().splitlines() if errors.is_file() else []:
-    word, value = line.split()
-    if word in option("--json"):
-        error = float(value)
-nees = {"anees": 2.0, "lower_95": 2.5, "upper_95": 3.5, "inside_share": 0.99}
+error = told("errors", option("--json"), error)
+nees = {
+    "anees": told("anees", option("--json"), 2.0), "lower_95": 2.5, "upper_95": 3.5,
+    "inside_share": told("inside", option("--json"), 0.99)}
 figures = {
     "apet_m": error, "aper_rad": 0.01 * error, "longitudinal_m": error / 2,
     "lateral_m": error / 2, "vertical_m": 0.0, "longitudinal_signed_m": 0.0,
-    "lateral_signed_m": 0.0, "max_position_m": error, "p95_position_m": error,
-    "median_position_m": error, "median_rotation_rad": 0.001, "coverage": 1.0,
+    "lateral_signed_m": 0.0, "max_position_m": told("worst", option("--json"), error),
+    "max_horizontal_m": error, "p95_position_m": error,
+    "median_position_m": error, "median_rotation_rad": 0.001,
+    "coverage": told("coverage", option("--json"), 1.0),
     "travelled_m": 4.0, "consistency": {"position": nees, "attitude": nees}}
 Path(option("--json")).write_text(json.dumps(figures))
 names = ["reference_x_m", "reference_y_m", "estimate_x_m", "estimate_y_m", "longitudinal_m",
@@ -115,9 +125,31 @@ class FakePrograms:
         """Commands that contain one of these words fail from now on."""
         (self.folder / "fail").write_text(words)
 
+    def _tell(self, what: str, by_word: dict[str, float]) -> None:
+        (self.folder / what).write_text("".join(f"{k} {v}\n" for k, v in by_word.items()))
+
     def errors(self, **by_word: float) -> None:
         """Results whose name contains the word come out that far off."""
-        (self.folder / "errors").write_text("".join(f"{k} {v}\n" for k, v in by_word.items()))
+        self._tell("errors", by_word)
+
+    def coverage(self, **by_word: float) -> None:
+        """They have a pose at this share of the stamps."""
+        self._tell("coverage", by_word)
+
+    def anees(self, **by_word: float) -> None:
+        self._tell("anees", by_word)
+
+    def inside(self, **by_word: float) -> None:
+        """Share of the steps inside their own 95 %."""
+        self._tell("inside", by_word)
+
+    def worst(self, **by_word: float) -> None:
+        """Their largest error."""
+        self._tell("worst", by_word)
+
+    def used(self, **by_word: float) -> None:
+        """That many of their 10 frames give a fix."""
+        self._tell("used", by_word)
 
     def lost(self, words: str) -> None:
         """A JSON list: estimates whose name contains one of them are lost."""

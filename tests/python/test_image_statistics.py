@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,11 @@ import pytest
 from scipy.ndimage import gaussian_filter
 from scipy.spatial.transform import Rotation
 
-from image_check.frames import FOCAL_PX, HEIGHT_PX, WIDTH_PX, Floats, Frame, Undistorter
+import contact_sheet
+import image_statistics
+from image_check.frames import FOCAL_PX, HEIGHT_PX, WIDTH_PX, Camera, Floats, Frame, Undistorter
 from image_check.matching import Features, Models, found_agreement, mutual, true_agreement
-from image_statistics import medians, outside, shares
+from image_statistics import medians, nearest, neighbours, outside, shares, spread, table
 
 NO_IMAGE = np.zeros((1, 1), np.float32)
 
@@ -88,6 +91,68 @@ def test_a_drive_that_differs_by_more_is_told() -> None:
     assert outside([result(0.5), result(0.4)], 0.3) == []
     complaints = outside([result(0.5), result(0.3)], 0.3)
     assert len(complaints) == 2 and "repeated_share" in complaints[0]
+
+
+def test_a_first_drive_without_pairs_or_matches_leaves_the_ratio_blank() -> None:
+    found = {"keypoints": 9.0, "matched_share": 0.5, "inlier_share": 0.8, "repeated_share": 0.4}
+    none = dict.fromkeys(found, 0.0)
+    good = {"mutual": found, "network": found, "pairs": {"count": 7.0}}
+    for first in ({}, none, {**found, "repeated_share": 0.0}):
+        result = {"mutual": first, "network": first, "pairs": {"count": 0.0}}
+        lines = table(["first", "second"], [result, good])
+        assert "| 7 |" in lines[-1] and "repeated x" not in lines[-1]
+        assert ("inliers x 1.00" in lines[-1]) == (first.get("inlier_share") == 0.8)
+
+
+def drive_by(metres: list[float]) -> list[Camera]:
+    return [(i, Rotation.identity(), np.array([x, 0.0, 0.0])) for i, x in enumerate(metres)]
+
+
+def test_pairs_are_of_distinct_places_however_long_the_vehicle_stands() -> None:
+    query = drive_by([0.0] * 50 + [1.0, 2.0, 3.0] + [3.01] * 50 + [4.0, 20.0])
+    nodes = drive_by([0.4, 1.4, 2.4, 3.4, 4.4])
+    assert nearest(query, nodes, 1.0) == [(0, 0), (50, 1), (51, 2), (52, 3), (103, 4)]
+    assert nearest(query, [], 1.0) == []
+    assert [i for i, _ in neighbours(query, 1.0)] == [0, 50, 51, 52, 103]
+    assert spread([(i, i) for i in range(100)], 3) == [(0, 0), (49, 49), (99, 99)]
+
+
+@pytest.mark.parametrize("options", [["none"], ["--across", "none", "none"]])
+def test_a_missing_drive_or_model_is_one_line(
+    options: list[str], models: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    for folder, missing in ((models, "none/vehicle.yaml"), (tmp_path, "xfeat_")):
+        words = ["image_statistics.py", *options, "--models", str(folder)]
+        monkeypatch.setattr(sys, "argv", words)
+        assert image_statistics.main() == 1
+        said = capsys.readouterr().err
+        assert said.count("\n") == 1 and missing in said
+
+
+def test_rows_of_a_contact_sheet_are_drives_of_their_own(tmp_path: Path) -> None:
+    options = [strip.options(tmp_path, 7) for strip in contact_sheet.STRIPS]
+    town = [o[o.index("--seed") + 1] for o in options if "highway" not in o and "tunnel" not in o]
+    assert len(town) == 4 == len(set(town))
+
+
+@pytest.mark.parametrize(
+    ("program", "said"), [("#!/bin/false\n", "topoloc-simulate failed"), ("", "topoloc-simulate")]
+)
+def test_a_contact_sheet_without_its_simulation_is_one_line(
+    program: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    if program:
+        simulator = tmp_path / "topoloc-simulate"
+        simulator.write_text(program)
+        simulator.chmod(0o755)
+    words = ["contact_sheet.py", "--bins", str(tmp_path), "--work", str(tmp_path / "work")]
+    monkeypatch.setattr(sys, "argv", words)
+    assert contact_sheet.main() == 1
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1 and said in error
 
 
 def test_shares_and_medians() -> None:

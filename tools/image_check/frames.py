@@ -99,11 +99,18 @@ class Poses:
         return self.rotations(time_s), position
 
 
+# Place in the log, and the camera's pose: world from camera.
+Camera = tuple[int, Rotation, Floats]
+
+
 class DriveImages:
     """Where all frames of a drive are, and the frames themselves on demand."""
 
     def __init__(self, drive: Path) -> None:
         vehicle = yaml.safe_load((drive / "vehicle.yaml").read_text())
+        self.log = drive / "camera.lcm"
+        if "camera" not in (vehicle or ()) or not self.log.is_file():
+            raise ValueError(f"{drive}: a drive without camera")
         section = vehicle["camera"]
         chain = yaml.safe_load((drive / section["calibration"]).read_text())
         camera = chain[section.get("name", "cam0")]
@@ -113,12 +120,11 @@ class DriveImages:
         self.p_imu_cam: Floats = -T_cam_imu[:3, :3].T @ T_cam_imu[:3, 3]
         self.shift_s = float(camera.get("timeshift_cam_imu", 0.0))
         self.channel = section.get("channel", "CAMERA")
-        self.log = drive / "camera.lcm"
         self.poses = Poses(drive / "ground_truth.tum")
         self.mask = self.undistort.seen
         with tempfile.TemporaryDirectory() as folder:
             self.image_type = message_types(Path(folder)).image_t
-        self.cameras: list[tuple[int, Rotation, Floats]] = []  # place in the log, camera's pose
+        self.cameras: list[Camera] = []
         for place, message in self._messages():
             pose = self.poses.at(message.utime * 1e-6 + self.shift_s)
             if pose is not None:

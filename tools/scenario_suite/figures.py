@@ -15,18 +15,19 @@ from typing import Any
 
 from scenario_suite.plan import SETTLED_AFTER_S, Plan, Run
 from scenario_suite.rows import NAMES, Row, Target
-from scenario_suite.steps import Book
+from scenario_suite.steps import Book, Resolve, program_checksums
 
 # A localiser that is farther off does not know where it is, whatever it says; as far off as the
 # filter itself calls lost (estimator.health.lost_position_std_m).
 LOST_M = 5.0
 MIN_COVERAGE = 0.99
+HARDLY_A_POSE = 0.5  # share of the stamps: below, the errors are those of too little of the way
 
 # Of the evaluation, copied as they are.
 PLAIN = (
     "apet_m", "aper_rad", "longitudinal_m", "lateral_m", "longitudinal_signed_m",
-    "lateral_signed_m", "vertical_m", "max_position_m", "p95_position_m", "coverage",
-    "travelled_m",
+    "lateral_signed_m", "vertical_m", "median_position_m", "max_position_m", "p95_position_m",
+    "max_horizontal_m", "coverage", "travelled_m",
 )  # fmt: skip
 
 PARTS = ("longitudinal", "lateral", "vertical")
@@ -152,6 +153,7 @@ class Results:
     book: Book
     rows: list[RowFigures]
     maps: dict[str, MapFigures]
+    programs: dict[str, str]  # their checksums
 
     def row(self, scenario: str, name: str) -> RowFigures | None:
         return next((r for r in self.rows if (r.scenario, r.row.name) == (scenario, name)), None)
@@ -167,7 +169,7 @@ def valid(book: Book, step: str) -> bool:
     return outcome is not None and not outcome.failed
 
 
-def load_results(plan: Plan, folder: Path, book: Book) -> Results:
+def load_results(plan: Plan, folder: Path, book: Book, resolve: Resolve) -> Results:
     rows: dict[tuple[str, str], RowFigures] = {}
     for run in plan.runs:
         done = valid(book, f"evaluate_{run.name}")
@@ -180,7 +182,8 @@ def load_results(plan: Plan, folder: Path, book: Book) -> Results:
         figures_of_map = map_figures(folder, name) if valid(book, f"{name}_errors") else None
         if figures_of_map is not None:
             maps[name] = figures_of_map
-    return Results(plan, folder, book, list(rows.values()), maps)
+    programs = program_checksums(plan.steps, resolve)
+    return Results(plan, folder, book, list(rows.values()), maps, programs)
 
 
 @dataclass(frozen=True)
@@ -194,12 +197,15 @@ class Verdict:
 
     @property
     def met(self) -> bool:
-        return self.value is not None and self.value <= self.target.limit and self.lost == 0
+        target, value = self.target, self.value
+        return value is not None and target.within(value, target.limit) and self.lost == 0
 
     @property
     def goal_met(self) -> bool:
-        goal = self.target.goal
-        return self.met and goal is not None and self.value is not None and self.value <= goal
+        target, value = self.target, self.value
+        if not self.met or target.goal is None or value is None:
+            return False
+        return target.within(value, target.goal)
 
     @property
     def title(self) -> str:
@@ -228,9 +234,12 @@ def why(results: Results, row: RowFigures, target: Target) -> list[str]:
     reasons = []
     if row.lost:
         reasons.append(f"lost on {row.lost} of {len(row.by_seed)} seeds")
-    limit = target.limit if value > target.limit or target.goal is None else target.goal
+    missed = target.goal is None or not target.within(value, target.limit)
+    limit = target.limit if missed else target.goal or 0.0
     true_map = results.row(row.scenario, f"{row.row.name}_truth")
-    beside = true_map.median(target.figure) if true_map is not None else None
+    beside = None
+    if true_map is not None and not target.at_least:
+        beside = true_map.median(target.figure)
     name = NAMES[target.figure].split()[0]
     if beside is not None:
         unit = "rad" if "rad" in target.figure else "m"
@@ -259,7 +268,7 @@ class Hardness:
 
     target: Target
     row: Row
-    times: float | None  # value over target, inf: hardly a pose; None: not measured
+    times: float | None  # value over bound, inf: hardly a pose; None: not measured
 
     def hard(self, times: float) -> bool:
         return self.times is not None and self.times >= times
@@ -268,13 +277,13 @@ class Hardness:
 def hardness(results: Results, targets: Iterable[Target], rows: Iterable[str]) -> list[Hardness]:
     out = []
     for target in targets:
-        for name in rows:
+        for name in rows if not target.at_least else ():
             row = results.row(target.scenario, name.format(query=target.row))
             if row is None:
                 continue
             value, coverage = row.median(target.figure), row.median("coverage")
             times = None if value is None else value / target.limit
-            if coverage is not None and coverage < MIN_COVERAGE:
-                times = math.inf  # the errors are those of the rest of the way
+            if coverage is not None and coverage < HARDLY_A_POSE:
+                times = math.inf
             out.append(Hardness(target, row.row, times))
     return out

@@ -23,7 +23,7 @@ LOCALISE_S_PER_M = 0.12
 REDUCED_M = 50.0
 REDUCED_HZ = 4.0
 REDUCED_DRIVES = {(target.scenario, target.row) for target in REDUCED_TARGETS}
-# Other traffic and noise than on the mapping drive.
+# Other traffic and noise than on the mapping drive. Night and overcast: tools/contact_sheet.py.
 SEED_OFFSET = {"map": 0, "day": 100, "dusk": 200, "night": 300, "overcast": 400, "long": 500}
 # Of the drive for dead reckoning, which needs neither camera nor cloud.
 LONG_KM = 5

@@ -47,7 +47,9 @@ COLOURED = (
 READING = [
     "All errors are against the simulator's truth, never aligned, from 2 s on; the start is wrong "
     "by 1 m and 3 degrees (dead reckoning starts from the true pose). lon and lat are means of "
-    "absolute errors along and across the true heading, signed: + ahead, + left.",
+    "absolute errors along and across the true heading, signed: + ahead, + left. The heights of "
+    "low-cost GNSS are noisy and part of its APEt: compare it by the horizontal maximum, lon and "
+    "lat, too.",
     "Maps are built from the mapping drive's prior.tum (wrong by 0.3 m and 1 degree); other days' "
     "drives have other traffic, parked cars, place in the lane, noise and light. Where a row has "
     "true node poses, what is left is the localiser's own error.",
@@ -209,7 +211,9 @@ def head(results: Results, command: str) -> list[Html]:
     choice = results.plan.choice
     spent_s = sum(o.seconds for o in results.book.outcomes.values())
     facts = [
-        f"code {code_version()}",
+        f"source tree {code_version()}",
+        # Which may be of another commit.
+        ", ".join(f"{name} {checksum}" for name, checksum in results.programs.items()),
         f"made {time.strftime('%Y-%m-%d %H:%M UTC', time.gmtime())}",
         f"{platform.machine()}, {os.cpu_count()} CPUs",
         f"{', '.join(choice.scenarios)}; seeds {', '.join(map(str, choice.seeds))}; "
@@ -250,8 +254,9 @@ def suite_report(
     if choice.reduced:
         parts.append(
             paragraph(
-                "Reduced form: one short drive each, with bounds of its own that tell a broken "
-                "program from a working one.",
+                "Reduced form: one short drive each, with bounds of its own: some 2.5 times what "
+                "was measured, and how many of the frames are used. Whether the world is hard "
+                "enough is held against the position targets of the full form.",
                 "soft",
             )
         )

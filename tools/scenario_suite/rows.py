@@ -9,11 +9,11 @@ from typing import Any
 
 Settings = dict[str, Any]
 
-DEFAULT_FEATURES = "xfeat"
+SIFT: Settings = {"matching": {"extractor": "sift", "matcher": "ratio"}}
 
 # SIFT with the ratio test, no gates: all matches go to a least-squares update.
 WEAK: Settings = {
-    "matching": {"extractor": "sift", "matcher": "ratio", "outliers": {"method": "none"}},
+    "matching": {**SIFT["matching"], "outliers": {"method": "none"}},
     "estimator": {
         "map_update": {
             "match_gate_chi2": 1e6,
@@ -52,7 +52,7 @@ MAPS = {
         MapKind("auto", "--refine auto from prior.tum"),
         MapKind("truth", "true node poses", trajectory="ground_truth.tum", refine="none"),
         MapKind("self", "even frames, --refine auto from prior.tum", frames="even"),
-        _of_true_poses("sift", "SIFT", WEAK),
+        _of_true_poses("sift", "SIFT", SIFT),
         _of_true_poses("aliked", "ALIKED", ALIKED),
         _of_true_poses("disk", "DISK", DISK),
     )
@@ -99,6 +99,8 @@ def _light_rows(light: str) -> list[Row]:
             models=("disk_640x384_n512.onnx", "lightglue-disk_n512.onnx"), settings=DISK),
         Row(f"{light}_weak", others, "SIFT + ratio test, no gates, true node poses", light, "sift",
             settings=WEAK, reduced=True),
+        Row(f"{light}_sift", others, "SIFT + ratio test, default gates, true node poses", light,
+            "sift", settings=SIFT),
         Row(f"{light}_reckoning", others, "dead reckoning from the true start", light, None,
             options=("--dead-reckoning",), start="true", reduced=light == "day"),
         Row(f"{light}_gnss", others, "low-cost GNSS", light, None, gnss=True,
@@ -127,13 +129,23 @@ class Target:
     figure: str
     limit: float
     goal: float | None = None
+    at_least: bool = False  # a lower bound
+
+    @property
+    def bound(self) -> str:
+        return f"at {'least' if self.at_least else 'most'} {self.limit:g}"
+
+    def within(self, value: float, bound: float) -> bool:
+        return value >= bound if self.at_least else value <= bound
 
 
+POSITION = ("apet_m", "longitudinal_m", "lateral_m")
 NAMES = {
     "apet_m": "APEt [m]",
     "aper_rad": "APEr [rad]",
     "longitudinal_m": "lon [m]",
     "lateral_m": "lat [m]",
+    "used_share": "frames used",
 }
 
 TARGETS = [
@@ -155,14 +167,23 @@ TARGETS = [
 HARD_TIMES = 3.0
 HARD_ROWS = ("{query}_weak", "reckoning_long")
 
-# One short drive of each scenario on a busy machine: bounds that a broken localiser, map builder or
-# simulator misses, no statement of accuracy.
+# One short drive of each scenario, whose figures are the same on every run: some 2.5 times what was
+# measured (docs/suite.md). Over so short a way a start that one fix has put right is nearly as good
+# without the camera: that it is used has bounds of its own.
 REDUCED_TARGETS = [
-    Target("town", "day", "apet_m", 0.40),
-    Target("town", "dusk", "apet_m", 0.60),
-    Target("town", "day", "aper_rad", 0.010),
-    Target("highway", "day", "apet_m", 0.60),
-    Target("highway", "day", "lateral_m", 0.30),
-    Target("tunnel", "day", "lateral_m", 0.30),
-    Target("tunnel", "day", "longitudinal_m", 1.00),
+    Target("town", "day", "apet_m", 0.20),
+    Target("town", "day", "aper_rad", 0.006),
+    Target("town", "day", "used_share", 0.7, at_least=True),
+    Target("town", "dusk", "apet_m", 0.20),
+    Target("town", "dusk", "used_share", 0.7, at_least=True),
+    Target("highway", "day", "apet_m", 0.22),
+    Target("highway", "day", "lateral_m", 0.08),
+    Target("highway", "day", "used_share", 0.7, at_least=True),
+    Target("tunnel", "day", "lateral_m", 0.06),
+    Target("tunnel", "day", "longitudinal_m", 0.12),
+    Target("tunnel", "day", "used_share", 0.7, at_least=True),
 ]
+# Its world is hard enough by the targets of the full form: for position, and by the weak baseline
+# alone, for on a short way dead reckoning is good anywhere.
+REDUCED_HARD_TARGETS = [target for target in TARGETS if target.figure in POSITION]
+REDUCED_HARD_ROWS = HARD_ROWS[:1]

@@ -4,9 +4,9 @@
 
 A results folder holds, beside the steps' products, `steps/NAME.json` for each step that came to its
 end: the key that it was done for, how long it took, and whether it failed. The key covers the
-command, the checksums of the program and of the files that it reads outside the folder, and the
-keys of the steps before. A run that was interrupted goes on where it stopped: what was not finished
-has no such file.
+command, the checksums of the program, of its libraries and of the files that it reads outside the
+folder, and the keys of the steps before. A run that was interrupted goes on where it stopped: what
+was not finished has no such file.
 """
 
 from __future__ import annotations
@@ -24,14 +24,16 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
 
+import demo_start
 from demo_start import INITIAL_ERROR_M, INITIAL_YAW_ERROR_DEG, start_pose
+from scenario_suite.checksums import file_checksum, first_checksum, parts
 
 Resolve = Callable[[str], str]
 
 SLOW_S = 3.0
+START_CODE = Path(demo_start.__file__)
 RUNNING: set[subprocess.Popen[bytes]] = set()  # the programs of steps under way
 
 
@@ -124,25 +126,25 @@ class Book:
             yield
 
 
-def file_checksum(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else "none"
-
-
-# As the file was when this run began.
-first_checksum = cache(file_checksum)
-
-
 def keys_of(steps: Iterable[Step], resolve: Resolve) -> dict[str, str]:
     """Keys of all steps; `resolve` turns a program's name into its path."""
     keys: dict[str, str] = {}
     for step in steps:
         words = [str(word) for word in step.command]
-        programs = [first_checksum(Path(resolve(words[0])))]
-        programs += [first_checksum(path) for path in step.reads]
+        reads = [*parts(Path(resolve(words[0]))), *step.reads]
+        if any(isinstance(word, StartPose) for word in step.command):
+            reads.append(START_CODE)
+        programs = [first_checksum(path) for path in reads]
         before = [keys[name] for name in step.after]
         text = json.dumps([words, programs, before, list(step.products), step.stdout])
         keys[step.name] = hashlib.sha256(text.encode()).hexdigest()[:20]
     return keys
+
+
+def program_checksums(steps: Iterable[Step], resolve: Resolve) -> dict[str, str]:
+    """Which builds the results are of, for people: the begin of each program's checksum."""
+    names = sorted({str(step.command[0]) for step in steps})
+    return {name: first_checksum(Path(resolve(name)))[:12] for name in names}
 
 
 def remove(path: Path) -> None:
@@ -180,7 +182,7 @@ def run_step(step: Step, key: str, book: Book, resolve: Resolve, show: bool = Fa
             error = f"exit code {code}\n{error}".strip()
         elif missing:
             error = f"did not make {', '.join(missing)}"
-        elif file_checksum(program) != first_checksum(program):
+        elif any(file_checksum(part) != first_checksum(part) for part in parts(program)):
             error = f"{program} was replaced meanwhile: run the suite again"
     except (OSError, ValueError) as problem:
         error = str(problem)
