@@ -2,10 +2,40 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/simulation/drive_folder.hpp"
 
+#include <cerrno>
+#include <cstdlib>
 #include <stdexcept>
+#include <string>
+#include <system_error>
 
 namespace topoloc::simulation {
 namespace fs = std::filesystem;
+namespace {
+
+/// A new folder beside another, of which nothing is left in the end.
+class Workshop {
+ public:
+  explicit Workshop(const fs::path& out) {
+    std::string pattern = out.string() + ".partial-XXXXXX";
+    if (::mkdtemp(pattern.data()) == nullptr) {
+      throw std::system_error(errno, std::generic_category(), pattern);
+    }
+    path_ = pattern;
+  }
+  ~Workshop() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  Workshop(const Workshop&) = delete;
+  Workshop& operator=(const Workshop&) = delete;
+
+  [[nodiscard]] const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+}  // namespace
 
 void require_free(const fs::path& out, bool force) {
   if (!fs::exists(out)) {
@@ -33,19 +63,14 @@ void create_folder(const fs::path& given, bool force,
   }
   require_free(out, force);
   fs::create_directories(out.parent_path());
-  fs::path partial = out;
-  partial += ".partial";
-  fs::remove_all(partial);
-  fs::create_directory(partial);
-  try {
-    fill(partial);
-    fs::remove_all(out);
-    fs::rename(partial, out);
-  } catch (...) {
-    std::error_code ignored;
-    fs::remove_all(partial, ignored);
-    throw;
-  }
+  const Workshop workshop(out);
+  // The workshop is its owner's alone; what others may do with the drive is for the umask to say.
+  const fs::path made = workshop.path() / out.filename();
+  fs::create_directory(made);
+  fill(made);
+  require_free(out, force);  // another run may have been faster
+  fs::remove_all(out);
+  fs::rename(made, out);
 }
 
 }  // namespace topoloc::simulation

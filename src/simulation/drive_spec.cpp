@@ -20,9 +20,11 @@ std::uint64_t place_key(const world::WorldSpec& spec) {
 }
 
 std::uint64_t drive_key(const DriveRequest& request) {
-  // A mapping drive and another day's drive of the same seed are two drives, and in another world
-  // they are others: else all scenarios of a suite would share one draw of the sensors' errors.
-  return world::key(request.seed, {request.mapping ? 1U : 2U, place_key(request.world)});
+  // A mapping drive and another day's drive of the same seed are two drives, by another light it is
+  // another day, and in another world they are others: else all drives of a suite would share one
+  // draw of the sensors' errors.
+  return world::key(request.seed, {request.mapping ? 1U : 2U, place_key(request.world),
+                                   static_cast<std::uint64_t>(request.light)});
 }
 
 std::int64_t begin_ns(const DriveRequest& request) {
@@ -76,6 +78,7 @@ DriveSpec drive_spec(const DriveRequest& request) {
   const std::uint64_t car = world::key(place_key(request.world), {kCar});
   spec.nominal = nominal_mounting();
   spec.built = built_mounting(car);
+  spec.imu.sensor = world::key(car, {3});
   spec.wheels.slip = request.slip;
   spec.camera.calibration = camera_calibration(request.image_width_px);
   spec.camera.rate_hz = request.camera_hz;

@@ -32,16 +32,18 @@ class Triad {
     double scale;
     double misalignment_rad;
   };
-  Triad(const Errors& errors, double rate_hz, std::uint64_t key)
-      : random_(key),
+  /// `sensor`: key of what stays with the part, `drive`: of what each drive has of its own.
+  Triad(const Errors& errors, double rate_hz, std::uint64_t sensor, std::uint64_t drive)
+      : random_(drive),
         white_(errors.density * std::sqrt(rate_hz)),
         step_(errors.random_walk / std::sqrt(rate_hz)),
         bias_(errors.bias * normal3(random_)) {
+    world::Random part(sensor);
     gain_ = Eigen::Matrix3d::Identity();
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 3; ++column) {
         gain_(row, column) +=
-            (row == column ? errors.scale : errors.misalignment_rad) * random_.normal();
+            (row == column ? errors.scale : errors.misalignment_rad) * part.normal();
       }
     }
   }
@@ -131,13 +133,13 @@ std::vector<estimation::ImuSample> sense_motion(const Trajectory& vehicle,
                        .bias = spec.accel_bias_mps2,
                        .scale = spec.scale_error,
                        .misalignment_rad = spec.misalignment_rad},
-                      spec.rate_hz, world::key(key, {1}));
+                      spec.rate_hz, world::key(spec.sensor, {1}), world::key(key, {1}));
   Triad gyroscope({.density = spec.noise.gyro_noise_density,
                    .random_walk = spec.noise.gyro_random_walk,
                    .bias = spec.gyro_bias_radps,
                    .scale = spec.scale_error,
                    .misalignment_rad = spec.misalignment_rad},
-                  spec.rate_hz, world::key(key, {2}));
+                  spec.rate_hz, world::key(spec.sensor, {2}), world::key(key, {2}));
   Vibration vibration(spec, world::key(key, {3}));
   std::vector<estimation::ImuSample> samples;
   const auto count = static_cast<std::int64_t>(std::floor(vehicle.duration_s() * spec.rate_hz));

@@ -49,9 +49,13 @@ ordered_json to_json(const WheelSpec& wheels) {
 }
 
 ordered_json to_json(const GnssSpec& gnss) {
-  return {{"rate_hz", gnss.rate_hz},       {"horizontal_m", gnss.horizontal_m},
-          {"vertical_m", gnss.vertical_m}, {"correlation_s", gnss.correlation_s},
-          {"jump_m", gnss.jump_m},         {"jumps_per_min", gnss.jumps_per_min}};
+  return {{"rate_hz", gnss.rate_hz},
+          {"horizontal_m", gnss.horizontal_m},
+          {"vertical_m", gnss.vertical_m},
+          {"correlation_s", gnss.correlation_s},
+          {"white_m", gnss.white_m},
+          {"jump_m", gnss.jump_m},
+          {"jumps_per_min", gnss.jumps_per_min}};
 }
 
 ordered_json camera(const DriveSpec& spec) {
@@ -73,8 +77,12 @@ ordered_json survey(const SurveySpec& survey) {
           {"columns", survey.lidar.columns},
           {"range_noise_m", survey.lidar.range_noise_m},
           {"max_range_m", survey.lidar.max_range_m},
+          {"rate_hz", survey.lidar.rate_hz},
+          {"beam_divergence_rad", survey.lidar.beam_divergence_rad},
           {"spacing_m", survey.spacing_m},
+          {"near_m", survey.near_m},
           {"near_edge_m", survey.near_edge_m},
+          {"middle_m", survey.middle_m},
           {"middle_edge_m", survey.middle_edge_m},
           {"far_edge_m", survey.far_edge_m},
           {"poses", to_json(survey.poses)}};

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace topoloc::simulation {
 namespace {
@@ -37,17 +36,21 @@ SurveyCounts survey(rendering::Raycaster& raycaster, const Ego& ego, const world
   const double turn_s = 1.0 / spec.lidar.rate_hz;
   double way_m = 0.0;  // driven, forwards or backwards
   double last_m = ego.along_m(0.0);
-  double scanned_m = -std::numeric_limits<double>::infinity();
+  double next_m = 0.0;  // of the next scan
   const auto turns = static_cast<std::int64_t>(std::floor(ego.duration_s() / turn_s));
   for (std::int64_t turn = 0; turn < turns; ++turn) {
     const double begin_s = static_cast<double>(turn) * turn_s;
     const double along_m = ego.along_m(begin_s);
     way_m += std::abs(along_m - last_m);
     last_m = along_m;
-    if (way_m - scanned_m < spec.spacing_m) {
+    if (way_m < next_m) {
       continue;
     }
-    scanned_m = way_m;
+    // From where a scan was due, not from where the scanner came round to it: else every scan
+    // would be late by what the last one was late.
+    while (next_m <= way_m) {
+      next_m += spec.spacing_m;
+    }
     filter.advance(way_m);
     raycaster.place_moving(visit.moving(begin_s, along_m, ego.path.left_m(along_m)));
     const auto T_world_lidar = [&](double since_s) {

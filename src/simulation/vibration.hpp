@@ -2,10 +2,6 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #pragma once
 
-#include "topoloc/world/random.hpp"
-
-#include <Eigen/Core>
-
 namespace topoloc::simulation {
 
 /// Shaking that an IMU feels and that goes nowhere: a resonance of panels and tyres driven by

@@ -9,8 +9,9 @@
 namespace topoloc::simulation {
 namespace {
 
-/// 20 bits for each coordinate, the rest for the edge [mm]; never 0, which marks an empty slot.
-/// Cubes 2^20 edges apart share a number: that is tens of kilometres.
+/// 20 bits for each coordinate, the rest for the edge [cm], modulo 16: enough to tell a survey's
+/// three edges apart. Never 0, which marks an empty slot. Cubes 2^20 edges apart share a number:
+/// that is tens of kilometres.
 std::uint64_t cube(const Eigen::Vector3d& p, double edge_m) {
   constexpr std::uint64_t kMask = (1U << 20U) - 1U;
   const auto part = [&](double value) {

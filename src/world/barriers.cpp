@@ -84,7 +84,8 @@ void add_delineators(Maker& maker, double begin_m, double end_m, bool right) {
       T.R.col(0) *= -1.0;
       T.R.col(1) *= -1.0;
     }
-    maker.put(maker.prototypes.delineator, T, maker.draw(0xDE11, static_cast<std::uint64_t>(s)));
+    maker.put(maker.prototypes.delineator, T,
+              maker.draw(0xDE11, static_cast<std::uint64_t>(s + 1e4)));
   }
 }
 

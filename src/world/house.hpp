@@ -22,9 +22,8 @@ struct HouseForm {
 };
 
 /// A house whose front stands on the builder's x axis: x along the street, y away from it, z up;
-/// nothing of it comes nearer to the street than y = -kFrontReach_m, below 3.5 m than -0.6 m.
+/// nothing of it comes nearer to the street than y = -1.3 m, below 3.5 m than -0.6 m.
 void add_house(MeshBuilder& builder, Random& random, const HouseForm& form);
-constexpr double kFrontReach_m = 1.3;
 
 /// How a wall's windows are laid out; front and sides share it.
 struct WindowStyle {

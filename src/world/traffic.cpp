@@ -61,8 +61,8 @@ std::uint32_t model_for(const World& world, Random& random, const Stream& stream
   const auto count = static_cast<int>(world.car_meshes.size());
   constexpr int kHeavy = 2;  // the last ones: lorry and bus
   const double heavy = town ? 0.1 : (stream.slot == 0 ? 0.3 : 0.02);
-  const int index = random.chance(heavy) ? count - 1 - random.below(kHeavy)
-                                         : random.below(std::max(1, count - kHeavy));
+  const int index =
+      random.chance(heavy) ? count - 1 - random.below(kHeavy) : random.below(count - kHeavy);
   return world.car_meshes[static_cast<std::size_t>(index)];
 }
 
@@ -88,18 +88,20 @@ Instance on_lane(const World& world, const Stream& stream, std::uint32_t mesh, d
 }
 
 // How far the vehicle ahead is off: near for a while, then it draws away and is caught up with
-// again. Never changes faster than the way itself: the vehicle drives on as the ego vehicle does,
-// and makes room, backwards, where that backs up.
+// again. Changes more slowly than the way itself, so that the vehicle drives on as the ego vehicle
+// does; where that backs up, it makes room, backwards.
 double gap_m(std::uint64_t seed, double ego_along_m, double near_from_m, double near_to_m) {
   constexpr double kNear_m = 330.0;
   constexpr double kAway_m = 340.0;
-  constexpr double kRate = 0.85;
+  // What is breathed, at most 1.5 (noise's steepest) x 35 m / kBreath_m = 0.375, comes on top.
+  constexpr double kRate = 0.55;
+  constexpr double kBreath_m = 140.0;
   Random random(seed);
   const double period_m = kNear_m + kAway_m;
   const double phase = ego_along_m + random.uniform(0.0, 0.6 * kNear_m);
   const double within = phase - std::floor(phase / period_m) * period_m;
   const double away = std::max(0.0, kRate * std::min(within - kNear_m, period_m - within));
-  const double breathing = noise::value(static_cast<float>(ego_along_m / 140.0), 0.5F,
+  const double breathing = noise::value(static_cast<float>(ego_along_m / kBreath_m), 0.5F,
                                         static_cast<std::uint32_t>(random.next()));
   return std::lerp(near_from_m, near_to_m, breathing) + away;
 }
@@ -194,8 +196,8 @@ std::vector<Instance> Visit::moving(double time_s, double ego_along_m, double eg
   const double ahead_m = ego_along_m + kEgoFront_m +
                          gap_m(key(spec_.seed, {0x1EAE}), ego_along_m, 20.0, 55.0) -
                          size_of(world_->meshes[ahead_mesh]).rear_m;
-  const std::uint32_t behind_mesh = world_->car_meshes[static_cast<std::size_t>(
-      random.below(static_cast<int>(std::min<std::size_t>(5, world_->car_meshes.size()))))];
+  const std::uint32_t behind_mesh =
+      world_->car_meshes[static_cast<std::size_t>(random.below(kCarModels))];
   const double behind_m = ego_along_m - kEgoRear_m -
                           gap_m(key(spec_.seed, {0x1EAF}), ego_along_m + 200.0, 14.0, 35.0) -
                           size_of(world_->meshes[behind_mesh]).front_m;

@@ -8,6 +8,9 @@
 
 namespace topoloc::world {
 
+/// Models of cars that a world has at least, if it has any: four that park, a van.
+constexpr int kCarModels = 5;
+
 /// Lanes as streams of vehicles: the right side's slots, then the left side's. All vehicles of a
 /// stream take the same time between two places, so none ever runs into another.
 std::vector<std::vector<double>> travel_times(const World& world);

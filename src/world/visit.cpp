@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
 namespace topoloc::world {
 
@@ -27,6 +28,9 @@ Visit::Visit(const World& world, const VisitSpec& spec)
     : world_(&world), spec_(spec), travel_s_(travel_times(world)) {
   if (world.car_meshes.empty()) {
     return;
+  }
+  if (world.car_meshes.size() < kCarModels) {
+    throw std::invalid_argument("a world has no models of cars or at least five");
   }
   std::uint64_t index = 0;
   for (const ParkingPlace& place : world.parking) {

@@ -67,7 +67,7 @@ def test_folder_is_complete(mapping: Path) -> None:
         "vehicle.yaml",
         "world.yaml",
     ]
-    assert not list(mapping.parent.glob("*.partial"))
+    assert not list(mapping.parent.glob("*.partial*"))
 
 
 def test_another_day_is_in_the_same_world(mapping: Path, another_day: Path) -> None:

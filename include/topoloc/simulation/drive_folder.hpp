@@ -11,8 +11,8 @@ namespace topoloc::simulation {
 /// drive folder. Throws std::runtime_error that says why not.
 void require_free(const std::filesystem::path& out, bool force);
 
-/// Lets `fill` make the folder beside its place, as OUT.partial, then renames it: `out` is there
-/// complete or not at all. Replaces what require_free() allows.
+/// Lets `fill` make the folder in a new one beside its place, OUT.partial-XXXXXX, then moves it:
+/// `out` is there complete or not at all. Replaces what require_free() allows, then and before.
 void create_folder(const std::filesystem::path& out, bool force,
                    const std::function<void(const std::filesystem::path&)>& fill);
 

@@ -10,14 +10,14 @@
 namespace topoloc::simulation {
 
 /// What a low-cost satellite receiver says, for comparison only: errors that wander, jumps between
-/// houses, nothing in tunnels.
+/// houses, nothing in tunnels. Of the class of a u-blox M8: 2 m of CEP under an open sky.
 struct GnssSpec {
   double rate_hz = 5.0;
   double horizontal_m = 1.8;  ///< per axis, one standard deviation, Gauss-Markov
   double vertical_m = 3.0;
   double correlation_s = 60.0;
-  double white_m = 0.2;
-  double jump_m = 5.0;         ///< of multipath in town, one standard deviation
+  double white_m = 0.2;        ///< per axis, 1.5 times that upwards
+  double jump_m = 5.0;         ///< of multipath in town, one standard deviation; upwards the same
   double jumps_per_min = 3.0;  ///< in town
 };
 

@@ -35,10 +35,12 @@ class PoseError {
 /// How the cloud of a mapping drive is made.
 struct SurveySpec {
   rendering::LidarSpec lidar;
-  double spacing_m = 1.0;  ///< of scans along the way; no closer in time than the scanner turns
+  double spacing_m = 1.0;  ///< of scans along the way, on average; no more than the scanner turns
   /// Of a survey-grade GNSS/INS after post-processing: 2.6 cm in all.
   PoseError::Spec poses{.position_m = 0.015, .rotation_rad = 0.00035, .correlation_s = 15.0};
-  double near_m = 9.0;  ///< up to here points are thinned to near_edge_m, beyond to far_edge_m
+  /// Points are thinned to one in a cube, of near_edge_m up to near_m from the scanner, of
+  /// middle_edge_m up to middle_m, of far_edge_m beyond.
+  double near_m = 9.0;
   double near_edge_m = 0.08;
   double middle_m = 25.0;
   double middle_edge_m = 0.13;

@@ -5,7 +5,6 @@
 #include "topoloc/geometry/rigid_transform.hpp"
 
 #include <cstddef>
-#include <span>
 #include <vector>
 
 #include <Eigen/Core>

@@ -11,7 +11,8 @@ namespace topoloc::world {
 /// what one thing draws does not depend on what others drew before, nor on threads.
 std::uint64_t key(std::uint64_t seed, std::initializer_list<std::uint64_t> parts);
 
-/// Random numbers from a key; the same on every machine and with every standard library.
+/// Random numbers from a key; the same on every machine and with every standard library, but for
+/// the last bits of normal(), which has them from the library's logarithm and cosine.
 class Random {
  public:
   explicit Random(std::uint64_t key) : state_(key) {}

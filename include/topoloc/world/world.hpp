@@ -88,8 +88,9 @@ struct World {
   std::vector<Lamp> lamps;
   std::vector<Section> sections;  ///< from the route's begin to its end
   std::vector<ParkingPlace> parking;
-  std::vector<std::uint32_t> car_meshes;  ///< of prototypes for traffic; frame: middle of the rear
-                                          ///< axle on the ground, x forward, y left, z up
+  /// Of prototypes for traffic, the last two a lorry and a bus; none, or five or more. Frame:
+  /// middle of the rear axle on the ground, x forward, y left, z up.
+  std::vector<std::uint32_t> car_meshes;
 
   /// The lanes at a way along the route, right to left; the first one is driven by the ego vehicle
   /// unless it says otherwise.
@@ -113,6 +114,7 @@ struct VisitSpec {
 /// Cars, parked and moving, during one drive.
 class Visit {
  public:
+  /// Throws std::invalid_argument for one to four models of cars.
   Visit(const World& world, const VisitSpec& spec);
 
   [[nodiscard]] const std::vector<Instance>& parked() const { return parked_; }

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -25,6 +26,14 @@ void fill(const fs::path& folder, const std::string& text) {
   std::ofstream(folder / "vehicle.yaml") << text;
 }
 
+std::vector<std::string> names_in(const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    names.push_back(entry.path().filename().string());
+  }
+  return names;
+}
+
 TEST(DriveFolder, IsThereWhenItIsComplete) {
   const TemporaryFolder temporary;
   const fs::path out = temporary / "drives/new";
@@ -33,7 +42,7 @@ TEST(DriveFolder, IsThereWhenItIsComplete) {
     fill(folder, "one");
   });
   EXPECT_EQ(bytes_of(out / "vehicle.yaml"), "one");
-  EXPECT_FALSE(fs::exists(temporary / "drives/new.partial"));
+  EXPECT_EQ(names_in(temporary / "drives"), (std::vector<std::string>{"new"}));
 }
 
 TEST(DriveFolder, LeavesNothingBehindWhenItFails) {
@@ -43,8 +52,40 @@ TEST(DriveFolder, LeavesNothingBehindWhenItFails) {
     throw std::runtime_error("disk full");
   };
   EXPECT_THROW(create_folder(temporary / "new", false, failing), std::runtime_error);
-  EXPECT_FALSE(fs::exists(temporary / "new"));
-  EXPECT_FALSE(fs::exists(temporary / "new.partial"));
+  EXPECT_TRUE(names_in(temporary / ".").empty());
+}
+
+TEST(DriveFolder, LeavesAFolderOfTheUsersAloneThatIsCalledPartial) {
+  const TemporaryFolder temporary;
+  fs::create_directory(temporary / "new.partial");
+  std::ofstream(temporary / "new.partial/letter") << "dear";
+  create_folder(temporary / "new", true, [](const fs::path& folder) { fill(folder, "one"); });
+  EXPECT_EQ(bytes_of(temporary / "new.partial/letter"), "dear");
+  EXPECT_EQ(bytes_of(temporary / "new/vehicle.yaml"), "one");
+}
+
+TEST(DriveFolder, OfTwoRunsAtOnceTheFirstToEndIsKept) {
+  const TemporaryFolder temporary;
+  const fs::path out = temporary / "new";
+  const auto overtaken = [&](const fs::path& folder) {
+    fill(folder, "slow");
+    create_folder(out, false, [](const fs::path& other) {
+      EXPECT_TRUE(fs::is_empty(other));
+      fill(other, "fast");
+    });
+    EXPECT_EQ(bytes_of(folder / "vehicle.yaml"), "slow");
+  };
+  EXPECT_THROW(create_folder(out, false, overtaken), std::runtime_error);
+  EXPECT_EQ(bytes_of(out / "vehicle.yaml"), "fast");
+  EXPECT_EQ(names_in(temporary / "."), (std::vector<std::string>{"new"}));
+}
+
+TEST(DriveFolder, IsForEverybodyWhomTheUmaskLetsIn) {
+  const TemporaryFolder temporary;
+  create_folder(temporary / "new", false, [](const fs::path& folder) { fill(folder, "one"); });
+  fs::create_directory(temporary / "usual");
+  EXPECT_EQ(fs::status(temporary / "new").permissions(),
+            fs::status(temporary / "usual").permissions());
 }
 
 TEST(DriveFolder, ReplacesADriveOnlyByForceAndOnlyWhenComplete) {

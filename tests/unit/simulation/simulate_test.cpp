@@ -79,7 +79,11 @@ TEST(Simulate, FilesSayWhatAUserKnowsAndNotTheTruth) {
   const auto vehicle = config::load_vehicle_config(folder / "drive/vehicle.yaml");
   const ImuSpec imu;
   EXPECT_DOUBLE_EQ(vehicle.estimator.models.imu.accel_noise_density, imu.noise.accel_noise_density);
+  EXPECT_DOUBLE_EQ(vehicle.estimator.models.imu.gyro_noise_density, imu.noise.gyro_noise_density);
+  EXPECT_DOUBLE_EQ(vehicle.estimator.models.imu.accel_random_walk, imu.noise.accel_random_walk);
   EXPECT_DOUBLE_EQ(vehicle.estimator.models.imu.gyro_random_walk, imu.noise.gyro_random_walk);
+  EXPECT_DOUBLE_EQ(vehicle.estimator.initial.gyro_bias_radps, imu.gyro_bias_radps);
+  EXPECT_DOUBLE_EQ(vehicle.estimator.initial.accel_bias_mps2, imu.accel_bias_mps2);
   const estimation::SpeedModel& speed = vehicle.estimator.models.speed;
   const double turned =
       so3::log(speed.R_vehicle_imu.transpose() * spec.built.T_vehicle_imu.R).norm();
@@ -147,7 +151,19 @@ TEST(Simulate, AnotherDayHasOtherParkedCarsInTheSameWorld) {
   }
   EXPECT_LT(same, first.parked().size() / 4 + 1);
   EXPECT_EQ(map.built.T_vehicle_imu.R, day.built.T_vehicle_imu.R);  // one car drives both
+  EXPECT_EQ(map.imu.sensor, day.imu.sensor);
   EXPECT_NE(map.key(DriveSpec::Part::kImu), day.key(DriveSpec::Part::kImu));
+}
+
+TEST(Simulate, AnotherLightIsAnotherDayForTheSameSeed) {
+  const DriveSpec day = drive_spec(town_drive(4));
+  DriveRequest request = town_drive(4);
+  request.light = rendering::Light::kDusk;
+  const DriveSpec dusk = drive_spec(request);
+  EXPECT_NE(day.visit.seed, dusk.visit.seed);
+  EXPECT_NE(day.key(DriveSpec::Part::kImu), dusk.key(DriveSpec::Part::kImu));
+  EXPECT_EQ(day.imu.sensor, dusk.imu.sensor);
+  EXPECT_EQ(day.built.T_vehicle_cam.p, dusk.built.T_vehicle_cam.p);
 }
 
 TEST(Simulate, SameSeedInAnotherWorldIsAnotherDriveOfAnotherCar) {
@@ -161,6 +177,7 @@ TEST(Simulate, SameSeedInAnotherWorldIsAnotherDriveOfAnotherCar) {
     const DriveSpec other = drive_spec(request);
     EXPECT_NE(first.visit.seed, other.visit.seed);
     EXPECT_NE(first.key(DriveSpec::Part::kImu), other.key(DriveSpec::Part::kImu));
+    EXPECT_NE(first.imu.sensor, other.imu.sensor);
     EXPECT_GT((first.built.T_vehicle_cam.p - other.built.T_vehicle_cam.p).norm(), 1e-6);
   }
 }

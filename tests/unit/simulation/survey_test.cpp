@@ -7,6 +7,7 @@
 #include "topoloc/simulation/drive_spec.hpp"
 #include "topoloc/simulation/voxel_filter.hpp"
 #include "topoloc/world/random.hpp"
+#include "topoloc/world/world.hpp"
 
 #include "support/temporary_folder.hpp"
 
@@ -49,6 +50,46 @@ TEST(Prior, IsWrongBy30cmAndOneDegreeSlowly) {
     EXPECT_NEAR(std::sqrt(rotation[axis] / count), 0.01745, 0.003) << axis;
   }
   EXPECT_LT(fastest_mps, 0.25);
+}
+
+struct Surveyed {
+  SurveyCounts counts;
+  double way_m;
+};
+
+/// A survey of 150 m of highway by a scanner of few beams.
+Surveyed surveyed(double limit_mps, double traffic_per_km, double turns_hz = 10.0) {
+  const world::World highway = world::make_world({world::Scenario::kHighway, 3, 150.0});
+  Road road = road_of(highway);
+  road.speed_limit_mps = [limit_mps](double) { return limit_mps; };
+  const Ego ego = drive_along(road, {}, 5);
+  const world::Visit visit(highway, {2, 0.3, traffic_per_km});
+  rendering::Raycaster raycaster(highway, visit.parked());
+  SurveySpec spec;
+  spec.lidar.beams = 16;
+  spec.lidar.columns = 180;
+  spec.lidar.rate_hz = turns_hz;
+  const SurveyCounts counts = survey(
+      raycaster, ego, visit, nominal_mounting().T_vehicle_lidar, spec, 0, 7,
+      [](const SurveyPoint&) {}, [](double) {});
+  return {counts, ego.along_m(ego.duration_s()) - ego.along_m(0.0)};
+}
+
+TEST(Survey, ScansOnceAMetreWhereTheScannerTurnsFastEnough) {
+  const Surveyed slow = surveyed(7.0, 10.0);  // 0.7 m a turn
+  EXPECT_NEAR(static_cast<double>(slow.counts.scans), slow.way_m, 2.0);
+  const Surveyed fast = surveyed(7.0, 10.0, 2.0);  // 3.5 m a turn
+  EXPECT_LT(static_cast<double>(fast.counts.scans), 0.5 * fast.way_m);
+  EXPECT_GT(static_cast<double>(fast.counts.scans), fast.way_m / 3.6);
+}
+
+TEST(Survey, VehiclesThatDriveLeaveTraces) {
+  const Surveyed busy = surveyed(10.0, 30.0);
+  EXPECT_GT(busy.counts.moving_points, 100U);
+  EXPECT_LT(busy.counts.moving_points, busy.counts.points / 4);
+  const Surveyed lonely = surveyed(10.0, 0.0);
+  EXPECT_EQ(lonely.counts.moving_points, 0U);
+  EXPECT_GT(lonely.counts.points, 1000U);
 }
 
 TEST(SmoothNoise, HasItsSlope) {

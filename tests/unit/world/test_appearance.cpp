@@ -99,14 +99,6 @@ TEST(Appearance, TunnelWallsMirrorNoImage) {
   }
 }
 
-TEST(Appearance, IsAFunction) {
-  for (const Case& one : cases()) {
-    const Eigen::Vector2f uv(0.37F, 0.81F);
-    EXPECT_EQ(appearance(one.surface, 3, uv, 0.01F).albedo,
-              appearance(one.surface, 3, uv, 0.01F).albedo);
-  }
-}
-
 TEST(Appearance, FadesToItsMeanWithTheFootprint) {
   for (const Case& one : cases()) {
     if (one.size_m < 5.0) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 
@@ -96,28 +97,58 @@ TEST_P(Traffic, IsAFunctionOfSeedTimeAndPlace) {
   EXPECT_TRUE(a.size() != c.size() || (a[0].T_world_mesh.p - c[0].T_world_mesh.p).norm() > 1e-3);
 }
 
-TEST_P(Traffic, TheVehicleAheadNeverDrivesBackwards) {
-  const World world = make_world({GetParam(), 4, 1500.0});
-  const Visit visit(world, {9, 0.0, 10.0});
-  double before = -1.0;
-  double nearest = 1e9;
-  for (double s = 0.0; s < 1500.0; s += 1.0) {
-    const double left_m = world.lanes(s).front().left_m;
-    const auto vehicles = visit.moving(0.0, s, left_m);
-    ASSERT_GE(vehicles.size(), 2U);
-    const Eigen::Vector3d p = vehicles[vehicles.size() - 2].T_world_mesh.p;
-    const double gap = (p - world.route.point(s, left_m)).norm();
-    nearest = std::min(nearest, gap);
-    ASSERT_GT(gap, 15.0);
-    ASSERT_GE(s + gap, before - 1.0) << "at " << s;  // the road bends: straight distance is less
-    before = s + gap;
+/// Way along the route of a point near it.
+double along_m(const Route& route, const Eigen::Vector3d& p, double guess_m) {
+  for (int i = 0; i < 8; ++i) {
+    guess_m += (route.T_world_road(guess_m).inverse() * p).x();
   }
-  EXPECT_LT(nearest, 60.0);
+  return guess_m;
+}
+
+TEST_P(Traffic, NeitherTheVehicleAheadNorTheOneBehindDrivesBackwards) {
+  const World world = make_world({GetParam(), 4, 1500.0});
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(seed);
+    const Visit visit(world, {seed, 0.0, 10.0});
+    double ahead_m = 0.0;
+    double behind_m = -1000.0;
+    double nearest_m = 1e9;
+    double farthest_m = 0.0;
+    for (double s = 0.0; s < 1500.0; s += 2.0) {
+      const auto vehicles = visit.moving(0.0, s, world.lanes(s).front().left_m);
+      ASSERT_GE(vehicles.size(), 2U);
+      const auto place = [&](std::size_t from_last, double guess_m) {
+        return along_m(world.route, vehicles[vehicles.size() - from_last].T_world_mesh.p, guess_m);
+      };
+      const double ahead = place(2, std::max(ahead_m, s + 20.0));
+      const double behind = place(1, std::max(behind_m, s - 150.0));
+      ASSERT_GE(ahead, ahead_m - 0.02) << "at " << s;
+      ASSERT_GE(behind, behind_m - 0.02) << "at " << s;
+      ASSERT_GT(ahead - s, 15.0) << "at " << s;
+      ASSERT_LT(behind - s, -10.0) << "at " << s;
+      ahead_m = ahead;
+      behind_m = behind;
+      nearest_m = std::min(nearest_m, ahead - s);
+      farthest_m = std::max(farthest_m, ahead - s);
+    }
+    EXPECT_LT(nearest_m, 60.0);
+    EXPECT_GT(farthest_m, 90.0);  // draws away now and then
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Traffic,
                          testing::Values(Scenario::kTown, Scenario::kHighway, Scenario::kTunnel,
                                          Scenario::kMixed));
+
+TEST(Visit, RefusesAWorldThatLacksModelsOfCars) {
+  World world = make_world({Scenario::kTown, 2, 100.0});
+  world.car_meshes.resize(4);
+  EXPECT_THROW(Visit(world, {1, 0.5, 10.0}), std::invalid_argument);
+  world.car_meshes.clear();
+  const Visit empty(world, {1, 0.5, 10.0});
+  EXPECT_TRUE(empty.parked().empty());
+  EXPECT_TRUE(empty.moving(1.0, 50.0, -1.6).empty());
+}
 
 TEST(Visit, ParkedCarsDifferBetweenVisits) {
   const World world = make_world({Scenario::kTown, 2, 500.0});
