@@ -48,6 +48,7 @@ struct Options {
   double camera_hz = 10.0;
   int image_width_px = 720;
   bool ply = false;
+  double readout_ms = 0.0;
   bool no_images = false;
   bool no_cloud = false;
   bool ideal_sensors = false;
@@ -79,6 +80,10 @@ void add_options(CLI::App& app, Options& options) {
       ->check(CLI::Range(64, 4096))
       ->capture_default_str();
   auto* ply = app.add_flag("--ply", options.ply, "The cloud as cloud.ply, too");
+  app.add_option("--readout-ms", options.readout_ms,
+                 "Rolling shutter: from the first row to the last; 0: global")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
   app.add_flag("--no-images", options.no_images, "No camera.lcm: done in seconds");
   app.add_flag("--no-cloud", options.no_cloud, "No cloud.laz of a mapping drive")->excludes(ply);
   app.add_flag("--ideal-sensors", options.ideal_sensors,
@@ -125,6 +130,7 @@ int simulate(const CLI::App& app, const Options& options) {
   request.slip = options.slip;
   request.camera_hz = options.camera_hz;
   request.image_width_px = options.image_width_px;
+  request.readout_s = 1e-3 * options.readout_ms;
   if (options.ply && !request.mapping) {
     throw CLI::ValidationError("--ply", "only a mapping drive, without --from-world, has a cloud");
   }

@@ -104,6 +104,7 @@ imu:
 vehicle:
   # By the car's drawings: the IMU as it is mounted is turned by about 0.1 degrees against them.
   rotation_vehicle_imu_rpy_rad: {}
+  rotation_std_rad: 0.002
   wheel_reference_imu_m: {}
   # Tyres: known to 0.5 %.
   wheel_scale: 1.0

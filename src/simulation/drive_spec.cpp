@@ -82,8 +82,9 @@ DriveSpec drive_spec(const DriveRequest& request) {
   spec.wheels.slip = request.slip;
   spec.camera.calibration = camera_calibration(request.image_width_px);
   spec.camera.rate_hz = request.camera_hz;
+  spec.camera.readout_s = request.readout_s;
   spec.stated_time_shift_s = spec.camera_log.time_shift_s;
-  world::Random shift(world::key(car, {1}));
+  world::Random shift(world::key(car, {4}));
   spec.camera_log.time_shift_s += 0.0003 * shift.normal();
   spec.prior = {.position_m = 0.3, .rotation_rad = 0.01745, .correlation_s = 10.0};
   spec.visit.seed = world::key(drive_key(request), {kVisit});

@@ -19,7 +19,6 @@ WindowStyle window_style(MeshBuilder& builder, Random& random, const HouseForm& 
   style.layout = random.below(5);
   style.shutters = !form.plain && random.chance(0.3) && style.width_m < 1.25;
   style.lintel = random.chance(0.6);
-  style.pane_seed = static_cast<std::uint32_t>(random.next());
   style.frame_tone = static_cast<float>(random.chance(0.75) ? random.uniform(0.62, 0.85)
                                                             : random.uniform(0.1, 0.3));
   style.frame_surface = builder.surface(Material::kConcrete, random,

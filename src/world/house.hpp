@@ -34,7 +34,6 @@ struct WindowStyle {
   int layout = 0;  ///< of bars, see the window's pattern
   bool shutters = false;
   bool lintel = true;
-  std::uint32_t pane_seed = 0;
   std::uint32_t frame_surface = 0;  ///< sills, lintels
   std::uint32_t shutter_surface = 0;
   float frame_tone = 0.7F;

@@ -29,6 +29,7 @@ struct DriveRequest {
   bool slip = false;
   double camera_hz = 10.0;
   int image_width_px = 720;
+  double readout_s = 0.0;  ///< rolling shutter, first row to last; 0: global
 };
 
 /// What that means for every part of the simulation.

@@ -30,8 +30,12 @@ struct ShortDrive {
   world::Visit visit{world, {2, 0.3, 0.0}};
   rendering::Raycaster raycaster{world, visit.parked()};
   RigidTransform T_vehicle_cam = nominal_mounting().T_vehicle_cam;
-  rendering::CameraSpec camera{
-      .calibration = camera_calibration(96), .rate_hz = kRate_hz, .samples_per_pixel = 1};
+  rendering::CameraSpec camera;
+  ShortDrive() {
+    camera.calibration = camera_calibration(96);
+    camera.rate_hz = kRate_hz;
+    camera.samples_per_pixel = 1;
+  }
 };
 
 struct Frame {

@@ -97,6 +97,19 @@ TEST(Simulate, FilesSayWhatAUserKnowsAndNotTheTruth) {
 
 // Calibrated against each other, to 0.03 degrees and 3 mm per axis; the 0.1 degrees by which the
 // IMU is turned in the car are no error of that.
+TEST(Simulate, HeadLampsPointAheadWhereverTheCameraLooks) {
+  for (const bool ideal : {false, true}) {
+    DriveRequest request;
+    request.ideal_sensors = ideal;
+    const DriveSpec spec = drive_spec(request);
+    ASSERT_TRUE(spec.camera.T_cam_lamps);
+    const RigidTransform T_vehicle_lamps = spec.built.T_vehicle_cam * *spec.camera.T_cam_lamps;
+    EXPECT_LT((T_vehicle_lamps.R - Eigen::Matrix3d::Identity()).norm(), 1e-9);
+    EXPECT_GT(T_vehicle_lamps.p.x(), spec.built.T_vehicle_cam.p.x() + 1.0);
+    EXPECT_NEAR(T_vehicle_lamps.p.z(), 0.65, 0.15);
+  }
+}
+
 TEST(Simulate, CameraIsCalibratedAgainstTheImuAsItSits) {
   const TemporaryFolder folder;
   constexpr std::uint64_t kCars = 20;
