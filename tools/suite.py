@@ -40,7 +40,7 @@ from scenario_suite.steps import (
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = """examples:
   topoloc-evaluate suite                                   # all: hours; start it again at any time
-  topoloc-evaluate suite --scenarios town --seeds 1 --only day
+  topoloc-evaluate suite --scenarios town --seeds 1 --only 'day*'
   topoloc-evaluate suite --list
   topoloc-evaluate suite --reduced --check                 # what continuous integration runs
 
@@ -76,7 +76,12 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument(
         "--camera-hz", type=float, default=default.camera_hz, help="images a second [5]"
     )
-    parser.add_argument("--only", default="", metavar="TEXT", help="rows whose name contains it")
+    parser.add_argument(
+        "--only",
+        default="",
+        metavar="NAMES",
+        help="only these rows, with commas; * stands for anything",
+    )
     parser.add_argument("--reduced", action="store_true", help="a few rows of short drives")
     parser.add_argument(
         "--check", action="store_true", help="exit 1 for a missed target or a world too easy"

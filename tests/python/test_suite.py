@@ -247,7 +247,7 @@ def test_a_failed_step_is_reported_and_does_not_stop_the_rest(programs: FakeProg
 
 def test_a_missing_program_is_a_failed_step_too(programs: FakePrograms) -> None:
     (programs.folder / "topoloc-simulate").unlink()
-    assert run(programs, "--scenarios", "town", "--only", "gnss") == 1
+    assert run(programs, "--scenarios", "town", "--only", "*gnss") == 1
     assert "topoloc-simulate" in report(programs)
 
 
@@ -295,7 +295,7 @@ def test_only_a_baseline_with_hardly_a_pose_is_hard_without_errors(
 ) -> None:
     programs.errors(town_1_day_weak=0.2)
     programs.coverage(town_1_day_weak=coverage)
-    run(programs, "--scenarios", "town", "--only", "day")
+    run(programs, "--scenarios", "town", "--only", "day*")
     entry = hard_entry(figures(programs), "day_weak")
     assert entry["hard"] == (times == "no poses")
     assert entry["times"] == (times if isinstance(times, str) else pytest.approx(times))
@@ -321,7 +321,7 @@ def causes(programs: FakePrograms) -> dict[str, str]:
 def test_hints_at_inconsistency_tell_a_single_stretch_and_speak_of_maps_where_there_is_one(
     programs: FakePrograms,
 ) -> None:
-    run(programs, "--scenarios", "town", "--only", "day")
+    run(programs, "--scenarios", "town", "--only", "day*")
     told = causes(programs)
     assert "nodes" in told["without speed"]
     reckoning = told["dead reckoning from the true start"]
@@ -331,7 +331,7 @@ def test_hints_at_inconsistency_tell_a_single_stretch_and_speak_of_maps_where_th
     programs.worst(town_1_day_mutual=1.4, town_1_day_reckoning=40.0)
     for step in (programs.folder.parent / "out/steps").glob("evaluate_*"):
         step.unlink()
-    run(programs, "--scenarios", "town", "--only", "day")
+    run(programs, "--scenarios", "town", "--only", "day*")
     told = causes(programs)
     assert (
         "a single stretch: once off by 1.40 m, 0.05 m in the median"
@@ -361,16 +361,16 @@ def test_a_report_of_what_there_is_tells_what_failed(programs: FakePrograms) -> 
 
 
 def test_a_check_without_any_target_is_an_error(programs: FakePrograms) -> None:
-    assert run(programs, "--scenarios", "town", "--only", "gnss", "--check") == 2
+    assert run(programs, "--scenarios", "town", "--only", "*gnss", "--check") == 2
 
 
 def test_medians_are_over_the_seeds_and_need_all_of_them(programs: FakePrograms) -> None:
     programs.errors(town_1_day=0.1, town_2_day=0.3)
-    run(programs, "--scenarios", "town", "--seeds", "1,2", "--only", "day")
+    run(programs, "--scenarios", "town", "--seeds", "1,2", "--only", "day*")
     assert row_of(figures(programs), "day")["value"] == pytest.approx(0.2)
     programs.fail("estimates/town_2_day.tum")
     (programs.folder.parent / "out/steps/localise_town_2_day.json").unlink()
-    run(programs, "--scenarios", "town", "--seeds", "1,2", "--only", "day")
+    run(programs, "--scenarios", "town", "--seeds", "1,2", "--only", "day*")
     missed = row_of(figures(programs), "day")
     assert missed["value"] is None and not missed["met"]
 

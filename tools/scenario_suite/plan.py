@@ -7,6 +7,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 from scenario_suite.rows import MAPS, REDUCED_TARGETS, ROWS, MapKind, Row, Settings
@@ -106,7 +107,8 @@ def row_is_chosen(scenario: str, row: Row, choice: Choice) -> bool:
         return False
     if any(not (choice.models / name).is_file() for name in row.models):
         return False
-    return choice.only in row.name
+    patterns = choice.only.split(",") if choice.only else ["*"]
+    return any(fnmatchcase(row.name, pattern.strip()) for pattern in patterns)
 
 
 class Planner:
