@@ -5,7 +5,9 @@
 #include "topoloc/localiser/batch.hpp"
 #include "topoloc/refinement/gyro_integral.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 namespace topoloc::refinement {
 
@@ -35,6 +37,33 @@ evaluation::Trajectory moved_on(const evaluation::Trajectory& filtered,
   return result;
 }
 
+/// The part of the accelerometer's bias that makes gravity longer or shorter while the wheels
+/// stand: all that a level place can tell. Zero where they hardly ever do.
+Eigen::Vector3d bias_along_gravity(const drive::Drive& drive) {
+  constexpr std::size_t kLeastSamples = 50;
+  const estimation::EstimatorConfig& config = drive.vehicle.estimator;
+  Eigen::Vector3d sum_mps2 = Eigen::Vector3d::Zero();
+  std::size_t count = 0;
+  std::size_t i = 0;
+  for (std::size_t k = 1; k < drive.speed.size(); ++k) {
+    const bool stands =
+        std::max(std::abs(drive.speed[k - 1].speed_mps), std::abs(drive.speed[k].speed_mps)) <=
+        config.models.standstill.max_speed_mps;
+    while (i < drive.imu.size() && drive.imu[i].time_ns < drive.speed[k].time_ns) {
+      if (stands && drive.imu[i].time_ns >= drive.speed[k - 1].time_ns) {
+        sum_mps2 += drive.imu[i].specific_force_mps2 - config.initial_accel_bias_mps2;
+        ++count;
+      }
+      ++i;
+    }
+  }
+  if (count < kLeastSamples) {
+    return Eigen::Vector3d::Zero();
+  }
+  const Eigen::Vector3d mean_mps2 = sum_mps2 / static_cast<double>(count);
+  return (mean_mps2.norm() - config.gravity_mps2) * mean_mps2.normalized();
+}
+
 }  // namespace
 
 DeadReckoning dead_reckon(const drive::Drive& drive, double start_s,
@@ -55,8 +84,10 @@ DeadReckoning dead_reckon(const drive::Drive& drive, double start_s,
     }
   };
   // Left to itself the filter would take what the no-slip assumption gets wrong in a turn for a
-  // gyro bias, and a wrong tilt for an accelerometer bias.
+  // gyro bias, and a wrong tilt for an accelerometer bias; held to none, it would sink or climb by
+  // the upward part of the bias that there is.
   drive::Drive steady = drive;
+  steady.vehicle.estimator.initial_accel_bias_mps2 += bias_along_gravity(drive);
   steady.vehicle.estimator.initial.gyro_bias_radps = 0.0005;
   steady.vehicle.estimator.initial.accel_bias_mps2 = 0.005;
   run_batch(steady, nullptr, nullptr, options, observer);

@@ -314,6 +314,10 @@ class Problem {
   }
   template <std::size_t kAxes>
   void add_sensor_error(double std, std::array<double, kAxes>& error) {
+    if (std == 0.0) {  // there is none
+      problem_.SetParameterBlockConstant(error.data());
+      return;
+    }
     constexpr int kSize = static_cast<int>(kAxes);
     using Residual = SensorErrorResidual<kSize>;
     problem_.AddResidualBlock(

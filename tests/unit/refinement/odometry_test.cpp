@@ -110,6 +110,28 @@ TEST(DeadReckon, StandsWhereTheVehicleStands) {
   EXPECT_LT(moved_m(reckoned.motion), 0.03);
 }
 
+TEST(DeadReckon, NeitherSinksNorClimbsByTheAccelerometersBias) {
+  constexpr double kBias_mps2 = 0.15;
+  const testing::TemporaryFolder temporary;
+  testing::DriveFolder folder(temporary / "drive", testing::tiny_camera());
+  std::vector<testing::CanRow> rows;
+  double speed_mps = 0.0;
+  for (int i = 0; i <= 3000; ++i) {
+    const bool starts = i > 500 && speed_mps < 8.0;
+    rows.push_back({.time_us = TurningDrive::kStart_us + 10'000 * i,
+                    .specific_force_mps2 = {starts ? 1.0 : 0.0, 0.0, 9.81 + kBias_mps2},
+                    .angular_rate_radps = {0.0, 0.0, 0.0},
+                    .speed_mps = speed_mps});
+    speed_mps += starts ? 0.01 : 0.0;
+  }
+  folder.write_can_log(rows);
+  const DeadReckoning reckoned = dead_reckon(drive::load_drive(folder.dir()), 0.0, {});
+  ASSERT_GT(reckoned.motion.back().T_world_imu.p.x(), 100.0);
+  for (const evaluation::StampedPose& pose : reckoned.motion) {
+    ASSERT_LT(std::abs(pose.T_world_imu.p.z()), 0.05) << TurningDrive::seconds(pose.time_ns);
+  }
+}
+
 TEST(MotionStd, GrowsWithWayAndTime) {
   const OdometryNoise noise;
   const auto std = [&](double way_m, double seconds) {

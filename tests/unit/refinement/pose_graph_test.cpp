@@ -138,9 +138,10 @@ TEST(PoseGraph, FindsHowTheImuIsTurnedAgainstTheWayAndTheWheelsScale) {
         kScaleError * factor.T_from_to.p + turn_error_rad.cross(factor.T_from_to.p);
   }
   graph.registrations = {drive.registration(0, 0.001, 0.01), drive.registration(12, 0.001, 0.01)};
+  graph.turn_error_std_rad = 0.005;
   // What was found between the registrations holds beyond them, too.
   EXPECT_LT(largest_error(solved(graph, drive.truth), drive.truth), 0.02);
-  graph.turn_error_std_rad = graph.scale_error_std = 1e-9;
+  graph.turn_error_std_rad = graph.scale_error_std = 0.0;
   EXPECT_GT(largest_error(solved(graph, drive.truth), drive.truth), 0.05);
 }
 
@@ -246,6 +247,17 @@ TEST(PoseGraph, FindsAConstantErrorOfTheForceWhereOthersKnowBetter) {
   };
   EXPECT_LT(largest_tilt(0.2), 0.002);
   EXPECT_GT(largest_tilt(0.002), 0.015);  // held for impossible, it is believed
+}
+
+TEST(PoseGraph, KnowsSensorsWithoutErrors) {
+  const GraphDrive drive(8);
+  PoseGraph graph = drive.with_odometry();
+  graph.registrations.push_back(drive.registration(3, 0.005, 0.05));
+  const std::vector<Matrix6> with_errors = covariances_of(graph, drive.truth);
+  graph.rate_error_std_radps = graph.turn_error_std_rad = graph.scale_error_std = 0.0;
+  EXPECT_LT(largest_error(solved(graph, disturbed(drive.truth, 0.005, 0.05, 8)), drive.truth),
+            1e-6);
+  EXPECT_LT(covariances_of(graph, drive.truth).back().trace(), with_errors.back().trace());
 }
 
 TEST(PoseGraph, ShrinksCovariancesWithEachRegistration) {
