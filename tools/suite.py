@@ -44,8 +44,8 @@ EXAMPLES = """examples:
   topoloc-evaluate suite --list
   topoloc-evaluate suite --reduced --check                 # what continuous integration runs
 
-Exit code: 0 report written, 1 a step failed or, with --check, a target is missed, 2 wrong usage,
-130 interrupted (the report has what there is)."""
+Exit code: 0 report written, 1 a step failed or, with --check, a target is missed or the world too
+easy, 2 wrong usage, 130 interrupted (the report has what there is)."""
 
 
 def word_list(text: str) -> tuple[str, ...]:

@@ -44,6 +44,9 @@ void check(const CameraSpec& spec) {
       !positive(spec.full_well_electrons) || !positive(spec.electrons_per_s)) {
     throw std::invalid_argument("camera: limits of exposure, gain or electrons make no sense");
   }
+  if (spec.rate_hz * spec.readout_s > 1.0) {
+    throw std::invalid_argument("camera: reads out more slowly than it takes images");
+  }
   if (!(spec.readout_s >= 0.0 && spec.read_noise_electrons >= 0.0) || !share(spec.vignetting) ||
       !share(spec.target_level)) {
     throw std::invalid_argument("camera: read-out, noise, vignetting or level make no sense");

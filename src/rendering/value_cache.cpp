@@ -10,14 +10,15 @@ namespace topoloc::rendering {
 namespace {
 
 constexpr std::size_t kFirstSlots = std::size_t{1} << 18U;
-constexpr std::size_t kMostSlots = std::size_t{1} << 24U;  // 256 MB
 constexpr std::size_t kProbes = 16;
 // Of a slot that was taken but not yet filled.
 constexpr float kEmpty = std::numeric_limits<float>::quiet_NaN();
 
 }  // namespace
 
-ValueCache::ValueCache() : slots_(kFirstSlots) { clear(); }
+ValueCache::ValueCache(std::size_t most_slots) : most_slots_(most_slots), slots_(kFirstSlots) {
+  clear();
+}
 
 void ValueCache::clear() {
   for (Slot& slot : slots_) {
@@ -61,7 +62,7 @@ void ValueCache::make_room() {
   if (2 * used_ < slots_.size()) {
     return;
   }
-  if (slots_.size() >= kMostSlots) {
+  if (slots_.size() >= most_slots_) {
     clear();
     return;
   }

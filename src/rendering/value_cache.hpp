@@ -14,7 +14,8 @@ namespace topoloc::rendering {
 /// functions of their key: whether one was remembered, and by which thread, changes nothing.
 class ValueCache {
  public:
-  ValueCache();
+  /// At 16 bytes a slot. Default: 256 MB.
+  explicit ValueCache(std::size_t most_slots = std::size_t{1} << 24U);
 
   [[nodiscard]] std::optional<float> find(std::uint64_t key) const;
   /// Does nothing where it is crowded.
@@ -30,6 +31,7 @@ class ValueCache {
     std::atomic<std::uint64_t> key = 0;  ///< 0: free
     std::atomic<float> value = 0.0F;
   };
+  std::size_t most_slots_;
   std::vector<Slot> slots_;
   std::atomic<std::size_t> used_ = 0;
 };

@@ -16,7 +16,7 @@
 namespace topoloc::simulation {
 namespace {
 
-/// Exposure's second half, read-out and the way to the log.
+/// From mid-exposure of the last row: the rest of its exposure and the way to the log.
 constexpr std::int64_t kTransfer_us = 24'000;
 
 std::vector<std::byte> message(const cv::Mat& grey, std::int64_t time_us, int quality) {
@@ -50,6 +50,7 @@ CameraLogCounts film(rendering::Raycaster& raycaster, const Ego& ego, const worl
   const auto frames =
       static_cast<std::int64_t>(std::floor((ego.duration_s() - 2.0 * first_s) * camera.rate_hz)) +
       1;
+  const std::int64_t readout_us = std::llround(1e6 * camera.readout_s);
   for (std::int64_t i = 0; i < frames; ++i) {
     const double time_s = first_s + static_cast<double>(i) / camera.rate_hz;
     const double along_m = ego.along_m(time_s);
@@ -61,7 +62,7 @@ CameraLogCounts film(rendering::Raycaster& raycaster, const Ego& ego, const worl
     const double stamp_s = time_s - spec.time_shift_s + spec.jitter_s * random.normal();
     const std::int64_t time_us = (begin_ns + std::llround(stamp_s * 1e9) + 500) / 1000;
     const std::vector<std::byte> bytes = message(grey, time_us, spec.jpeg_quality);
-    log.write(time_us + kTransfer_us, "CAMERA", bytes);
+    log.write(time_us + kTransfer_us + readout_us / 2, "CAMERA", bytes);
     ++counts.frames;
     counts.bytes += bytes.size();
     progress(static_cast<double>(i + 1) / static_cast<double>(frames));

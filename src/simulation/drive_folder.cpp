@@ -69,7 +69,9 @@ void create_folder(const fs::path& given, bool force,
   fs::create_directory(made);
   fill(made);
   require_free(out, force);  // another run may have been faster
-  fs::remove_all(out);
+  if (force) {
+    fs::remove_all(out);
+  }
   fs::rename(made, out);
 }
 

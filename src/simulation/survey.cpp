@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace topoloc::simulation {
 namespace {
@@ -37,6 +38,9 @@ SurveyCounts survey(rendering::Raycaster& raycaster, const Ego& ego, const world
   double way_m = 0.0;  // driven, forwards or backwards
   double last_m = ego.along_m(0.0);
   double next_m = 0.0;  // of the next scan
+  if (!(spec.spacing_m > 0.0)) {
+    throw std::invalid_argument("survey: scans without a spacing");
+  }
   const auto turns = static_cast<std::int64_t>(std::floor(ego.duration_s() / turn_s));
   for (std::int64_t turn = 0; turn < turns; ++turn) {
     const double begin_s = static_cast<double>(turn) * turn_s;

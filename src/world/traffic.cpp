@@ -197,7 +197,7 @@ std::vector<Instance> Visit::moving(double time_s, double ego_along_m, double eg
                          gap_m(key(spec_.seed, {0x1EAE}), ego_along_m, 20.0, 55.0) -
                          size_of(world_->meshes[ahead_mesh]).rear_m;
   const std::uint32_t behind_mesh =
-      world_->car_meshes[static_cast<std::size_t>(random.below(kCarModels))];
+      world_->car_meshes[static_cast<std::size_t>(random.below(kLightModels))];
   const double behind_m = ego_along_m - kEgoRear_m -
                           gap_m(key(spec_.seed, {0x1EAF}), ego_along_m + 200.0, 14.0, 35.0) -
                           size_of(world_->meshes[behind_mesh]).front_m;

@@ -8,8 +8,10 @@
 
 namespace topoloc::world {
 
-/// Models of cars that a world has at least, if it has any: four that park, a van.
-constexpr int kCarModels = 5;
+/// Models of vehicles that a world has at least, if it has any: cars that park and a van, then a
+/// lorry and a bus.
+constexpr int kLightModels = 5;
+constexpr int kCarModels = kLightModels + 2;
 
 /// Lanes as streams of vehicles: the right side's slots, then the left side's. All vehicles of a
 /// stream take the same time between two places, so none ever runs into another.

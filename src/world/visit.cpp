@@ -30,7 +30,7 @@ Visit::Visit(const World& world, const VisitSpec& spec)
     return;
   }
   if (world.car_meshes.size() < kCarModels) {
-    throw std::invalid_argument("a world has no models of cars or at least five");
+    throw std::invalid_argument("a world has no models of cars or at least seven");
   }
   std::uint64_t index = 0;
   for (const ParkingPlace& place : world.parking) {

@@ -16,8 +16,8 @@ struct GnssSpec {
   double horizontal_m = 1.8;  ///< per axis, one standard deviation, Gauss-Markov
   double vertical_m = 3.0;
   double correlation_s = 60.0;
-  double white_m = 0.2;        ///< per axis, 1.5 times that upwards
-  double jump_m = 5.0;         ///< of multipath in town, one standard deviation; upwards the same
+  double white_m = 0.2;  ///< per axis, 1.5 times that upwards
+  double jump_m = 5.0;   ///< of multipath in town, one standard deviation; 1.5 times that upwards
   double jumps_per_min = 3.0;  ///< in town
 };
 

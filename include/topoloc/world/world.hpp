@@ -88,7 +88,7 @@ struct World {
   std::vector<Lamp> lamps;
   std::vector<Section> sections;  ///< from the route's begin to its end
   std::vector<ParkingPlace> parking;
-  /// Of prototypes for traffic, the last two a lorry and a bus; none, or five or more. Frame:
+  /// Of prototypes for traffic, the last two a lorry and a bus; none, or seven or more. Frame:
   /// middle of the rear axle on the ground, x forward, y left, z up.
   std::vector<std::uint32_t> car_meshes;
 

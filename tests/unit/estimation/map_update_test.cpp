@@ -304,6 +304,20 @@ TEST(MapUpdate, ContradictingMatchesLeaveTheStateBitIdentical) {
   expect_rejected(scene, {}, MapVerdict::kTooFewInGate);
 }
 
+TEST(MapUpdate, TakesNoSideWhereNearlyHalfOfTheMatchesSayOtherwise) {
+  Scene scene = make_scene(10, 100, 0.01);
+  for (std::size_t i = 0; i < 45; ++i) {  // what they are on has moved
+    scene.set.matches[i].pixel_px.x() += 40.0;
+  }
+  const MapUpdateResult result = expect_rejected(scene, {}, MapVerdict::kTooFewInGate);
+  EXPECT_EQ(result.outside_gate, 45);
+  MapUpdateConfig credulous;
+  credulous.min_gate_share = 0.3;
+  NominalState x = scene.x;
+  Covariance P = scene.P;
+  EXPECT_EQ(MapUpdate(kCamera, credulous).apply(scene.set, x, P).verdict, MapVerdict::kAccepted);
+}
+
 // Neither axis alone may slip through: z, roll and pitch are as untouched as x and y.
 TEST(MapUpdate, UnbelievableCorrectionLeavesTheStateBitIdentical) {
   Scene scene = make_scene(11, 100, 0.01);

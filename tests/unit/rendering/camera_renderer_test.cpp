@@ -292,6 +292,47 @@ TEST(CameraRenderer, ExposureSettlesAndSwingsAtTheEndsOfTunnels) {
   EXPECT_NEAR(renderer.exposure_s(), day_s, 0.1 * day_s);
 }
 
+TEST(CameraRenderer, LampsThatAreAlwaysOnShineByDayOthersAtNight) {
+  for (const bool always : {false, true}) {
+    world::World world = shining(10.0F, {-30.0F, -30.0F}, {30.0F, 30.0F});
+    CameraSpec spec = quiet_camera(world);
+    spec.electrons_per_s *= 0.1;
+    world.surfaces[0].parameters[0] = 5.0F;  // brighter than the day
+    world.surfaces[0].parameters[1] = always ? 1.0F : 0.0F;
+    const CameraMotion ahead = still(looking_ahead({0.0, 0.0, 0.0}));
+    const double night = linear(cv::mean(render(world, spec, ahead, Light::kNight))[0]);
+    const double day = linear(cv::mean(render(world, spec, ahead, Light::kOvercast))[0]);
+    EXPECT_GT(night, 0.1);
+    if (always) {
+      EXPECT_GE(day, night);
+    } else {
+      EXPECT_LT(day, 0.3 * night);
+    }
+  }
+}
+
+TEST(CameraRenderer, HeadLampsLightTheWayAheadAtNight) {
+  world::World world;
+  world.meshes.resize(1);
+  add_rectangle(world.meshes[0], {-50.0F, -50.0F, 0.0F}, {100.0F, 0.0F, 0.0F}, {0.0F, 100.0F, 0.0F},
+                add_surface(world, world::Material::kConcrete));
+  CameraSpec spec;
+  spec.calibration = small_camera();
+  spec.min_exposure_s = spec.max_exposure_s = 0.01;
+  spec.max_gain = 1.0;
+  const RigidTransform T_world_cam = turned(looking_ahead({0.0, 0.0, 1.3}), 0.0, 0.05);
+  const auto level = [&](const RigidTransform& T_world_lamps) {
+    spec.T_cam_lamps = T_world_cam.inverse() * T_world_lamps;
+    const cv::Mat image = render(world, spec, still(T_world_cam));
+    return cv::mean(image.rowRange(60, 100))[0];
+  };
+  const RigidTransform ahead{Eigen::Matrix3d::Identity(), {1.6, 0.0, 0.65}};
+  RigidTransform back = ahead;
+  back.R = Eigen::AngleAxisd(3.14159, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  EXPECT_GT(level(ahead), 10.0);
+  EXPECT_LT(level(back), 0.3 * level(ahead));
+}
+
 TEST(CameraRenderer, ADarkNightTakesTheLongestExposureAndGain) {
   const world::World world = street();
   const Raycaster raycaster(world, {});

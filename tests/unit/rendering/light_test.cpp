@@ -139,6 +139,18 @@ TEST(ValueCache, KeepsWhatItHasWhileItGrows) {
   EXPECT_GT(kept, kMany * 99 / 100);
 }
 
+TEST(ValueCache, ForgetsRatherThanTakeMoreMemoryThanItMay) {
+  ValueCache cache(1);
+  const auto key = [](std::uint64_t i) { return i * 0x9E3779B97F4A7C15U | 1U; };
+  for (std::uint64_t i = 1; i <= 200'000; ++i) {
+    cache.add(key(i), 1.0F);
+  }
+  cache.make_room();
+  EXPECT_FALSE(cache.find(key(1)).has_value());
+  cache.add(key(1), 2.0F);
+  EXPECT_EQ(cache.find(key(1)), 2.0F);
+}
+
 TEST(WorldSeenFromTheLane, HasNothingButTreesAboveATownsLane) {
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
     const world::World world = world::make_world({world::Scenario::kTown, seed, 250.0});

@@ -5,6 +5,7 @@
 #include "topoloc/simulation/drive_spec.hpp"
 #include "topoloc/transport/image_view.hpp"
 #include "topoloc/transport/lcm_log.hpp"
+#include "topoloc/world/random.hpp"
 
 #include "support/temporary_folder.hpp"
 
@@ -21,6 +22,7 @@ namespace {
 
 constexpr std::int64_t kBegin_ns = 1'780'000'000'000'000'000;
 constexpr double kRate_hz = 1.0;
+constexpr std::uint64_t kKey = 7;
 
 /// A drive of 80 m in which nothing else moves.
 struct ShortDrive {
@@ -46,7 +48,7 @@ struct Frame {
 std::vector<Frame> filmed(ShortDrive& drive, const CameraLogSpec& spec) {
   const topoloc::testing::TemporaryFolder folder;
   film(drive.raycaster, drive.ego, drive.visit, drive.T_vehicle_cam, drive.camera,
-       rendering::Light::kDay, spec, kBegin_ns, 7, folder / "camera.lcm", [](double) {});
+       rendering::Light::kDay, spec, kBegin_ns, kKey, folder / "camera.lcm", [](double) {});
   const transport::LcmLogReader log(folder / "camera.lcm");
   std::vector<Frame> frames;
   for (std::size_t i = 0; i < log.size(); ++i) {
@@ -62,7 +64,8 @@ std::vector<Frame> filmed(ShortDrive& drive, const CameraLogSpec& spec) {
 
 /// Grey values between the frames and what is seen `late_s` after their stamps.
 double difference(ShortDrive& drive, const std::vector<Frame>& frames, double late_s) {
-  rendering::CameraRenderer renderer(drive.raycaster, drive.camera, rendering::Light::kDay, 1);
+  rendering::CameraRenderer renderer(drive.raycaster, drive.camera, rendering::Light::kDay,
+                                     world::key(kKey, {1}));
   double sum = 0.0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const auto motion = [&](double since_s) {

@@ -95,8 +95,6 @@ TEST(Simulate, FilesSayWhatAUserKnowsAndNotTheTruth) {
               spec.camera_log.time_shift_s, 0.0015);
 }
 
-// Calibrated against each other, to 0.03 degrees and 3 mm per axis; the 0.1 degrees by which the
-// IMU is turned in the car are no error of that.
 TEST(Simulate, HeadLampsPointAheadWhereverTheCameraLooks) {
   for (const bool ideal : {false, true}) {
     DriveRequest request;
@@ -110,6 +108,8 @@ TEST(Simulate, HeadLampsPointAheadWhereverTheCameraLooks) {
   }
 }
 
+// Calibrated against each other, to 0.03 degrees and 3 mm per axis; the 0.1 degrees by which the
+// IMU is turned in the car are no error of that.
 TEST(Simulate, CameraIsCalibratedAgainstTheImuAsItSits) {
   const TemporaryFolder folder;
   constexpr std::uint64_t kCars = 20;
