@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 
 namespace topoloc::refinement {
 
@@ -37,31 +38,47 @@ evaluation::Trajectory moved_on(const evaluation::Trajectory& filtered,
   return result;
 }
 
-/// The part of the accelerometer's bias that makes gravity longer or shorter while the wheels
-/// stand: all that a level place can tell. Zero where they hardly ever do.
-Eigen::Vector3d bias_along_gravity(const drive::Drive& drive) {
-  constexpr std::size_t kLeastSamples = 50;
-  const estimation::EstimatorConfig& config = drive.vehicle.estimator;
-  Eigen::Vector3d sum_mps2 = Eigen::Vector3d::Zero();
-  std::size_t count = 0;
+/// What the inertial sensors say while the wheels stand, on the average: their errors, and gravity.
+struct Standing {
+  Eigen::Vector3d specific_force_mps2 = Eigen::Vector3d::Zero();
+  Eigen::Vector3d angular_rate_radps = Eigen::Vector3d::Zero();
+};
+
+/// Nothing where they stand for less than half a second in all.
+std::optional<Standing> standing(const drive::Drive& drive) {
+  constexpr double kLeast_s = 0.5;
+  const double most_mps = drive.vehicle.estimator.models.standstill.max_speed_mps;
+  Standing sum;
+  double samples = 0.0;
+  double seconds = 0.0;
   std::size_t i = 0;
   for (std::size_t k = 1; k < drive.speed.size(); ++k) {
-    const bool stands =
-        std::max(std::abs(drive.speed[k - 1].speed_mps), std::abs(drive.speed[k].speed_mps)) <=
-        config.models.standstill.max_speed_mps;
-    while (i < drive.imu.size() && drive.imu[i].time_ns < drive.speed[k].time_ns) {
-      if (stands && drive.imu[i].time_ns >= drive.speed[k - 1].time_ns) {
-        sum_mps2 += drive.imu[i].specific_force_mps2 - config.initial_accel_bias_mps2;
-        ++count;
+    const auto& [from_ns, from_mps] = drive.speed[k - 1];
+    const auto& [to_ns, to_mps] = drive.speed[k];
+    const bool stands = std::max(std::abs(from_mps), std::abs(to_mps)) <= most_mps;
+    seconds += stands ? evaluation::kSecondsPerNs * static_cast<double>(to_ns - from_ns) : 0.0;
+    for (; i < drive.imu.size() && drive.imu[i].time_ns < to_ns; ++i) {
+      if (stands && drive.imu[i].time_ns >= from_ns) {
+        sum.specific_force_mps2 += drive.imu[i].specific_force_mps2;
+        sum.angular_rate_radps += drive.imu[i].angular_rate_radps;
+        samples += 1.0;
       }
-      ++i;
     }
   }
-  if (count < kLeastSamples) {
-    return Eigen::Vector3d::Zero();
+  if (seconds < kLeast_s || samples == 0.0) {
+    return std::nullopt;
   }
-  const Eigen::Vector3d mean_mps2 = sum_mps2 / static_cast<double>(count);
-  return (mean_mps2.norm() - config.gravity_mps2) * mean_mps2.normalized();
+  return Standing{sum.specific_force_mps2 / samples, sum.angular_rate_radps / samples};
+}
+
+/// Takes off what is known of the biases where the vehicle stands: all of the gyro's, and the part
+/// of the accelerometer's that makes gravity longer or shorter. (The rest may as well be a slope.)
+void take_off_biases(const drive::Drive& drive, estimation::EstimatorConfig& config) {
+  if (const auto mean = standing(drive)) {
+    config.initial_gyro_bias_radps = mean->angular_rate_radps;
+    const Eigen::Vector3d force = mean->specific_force_mps2 - config.initial_accel_bias_mps2;
+    config.initial_accel_bias_mps2 += (force.norm() - config.gravity_mps2) * force.normalized();
+  }
 }
 
 }  // namespace
@@ -87,11 +104,11 @@ DeadReckoning dead_reckon(const drive::Drive& drive, double start_s,
   // gyro bias, and a wrong tilt for an accelerometer bias; held to none, it would sink or climb by
   // the upward part of the bias that there is.
   drive::Drive steady = drive;
-  steady.vehicle.estimator.initial_accel_bias_mps2 += bias_along_gravity(drive);
+  take_off_biases(drive, steady.vehicle.estimator);
   steady.vehicle.estimator.initial.gyro_bias_radps = 0.0005;
   steady.vehicle.estimator.initial.accel_bias_mps2 = 0.005;
   run_batch(steady, nullptr, nullptr, options, observer);
-  const GyroIntegral gyro(drive.imu, drive.vehicle.estimator.initial_gyro_bias_radps);
+  const GyroIntegral gyro(drive.imu, steady.vehicle.estimator.initial_gyro_bias_radps);
   result.motion = moved_on(result.filtered, v_imu_mps, gyro);
   return result;
 }

@@ -82,27 +82,34 @@ TEST(DeadReckon, TakesRotationsFromTheGyroAloneAndUpFromTheFilter) {
 }
 
 TEST(DeadReckon, StandsWhereTheVehicleStands) {
-  // Standing, the filter sees the gyro's bias, and moves to where the way so far must have led.
+  // Standing, the filter sees that the gyro's bias has changed since it last stood, and moves to
+  // where the way so far must have led.
   constexpr std::int64_t kStart_us = TurningDrive::kStart_us;
   constexpr double kBias_radps = 0.0005;
-  constexpr double kBrake_mps2 = 2.5;
+  constexpr double kForce_mps2 = 2.5;
   const testing::TemporaryFolder temporary;
   testing::DriveFolder folder(temporary / "drive", testing::tiny_camera());
   std::vector<testing::CanRow> rows;
-  double speed_mps = 10.0;
-  for (int i = 0; i <= 5000; ++i) {
-    const bool brakes = i > 4000 && speed_mps > 0.0;
+  double speed_mps = 0.0;
+  for (int i = 0; i <= 5500; ++i) {
+    const double force = i < 500                         ? 0.0
+                         : i < 4500 && speed_mps < 10.0  ? kForce_mps2
+                         : i >= 4500 && speed_mps > 1e-9 ? -kForce_mps2
+                                                         : 0.0;
     rows.push_back({.time_us = kStart_us + 10'000 * i,
-                    .specific_force_mps2 = {brakes ? -kBrake_mps2 : 0.0, 0.0, 9.81},
-                    .angular_rate_radps = {0.0, 0.0, kBias_radps},
+                    .specific_force_mps2 = {force, 0.0, 9.81},
+                    .angular_rate_radps = {0.0, 0.0,
+                                           i < 500    ? 0.0
+                                           : i < 4900 ? kBias_radps
+                                                      : 2.0 * kBias_radps},
                     .speed_mps = speed_mps});
-    speed_mps = std::max(0.0, speed_mps - (brakes ? 0.01 * kBrake_mps2 : 0.0));
+    speed_mps = std::max(0.0, speed_mps + 0.01 * force);
   }
   folder.write_can_log(rows);
   const DeadReckoning reckoned = dead_reckon(drive::load_drive(folder.dir()), 0.0, {});
   const auto moved_m = [](const evaluation::Trajectory& trajectory) {
     const auto standing = std::find_if(trajectory.begin(), trajectory.end(), [](const auto& pose) {
-      return pose.time_ns > 1000 * (kStart_us + 44'300'000);
+      return pose.time_ns > 1000 * (kStart_us + 49'300'000);
     });
     return (trajectory.back().T_world_imu.p - standing->T_world_imu.p).norm();
   };
@@ -110,8 +117,9 @@ TEST(DeadReckon, StandsWhereTheVehicleStands) {
   EXPECT_LT(moved_m(reckoned.motion), 0.03);
 }
 
-TEST(DeadReckon, NeitherSinksNorClimbsByTheAccelerometersBias) {
+TEST(DeadReckon, NeitherSinksNorTurnsByBiasesThatStandingTells) {
   constexpr double kBias_mps2 = 0.15;
+  constexpr double kBias_radps = 0.006;
   const testing::TemporaryFolder temporary;
   testing::DriveFolder folder(temporary / "drive", testing::tiny_camera());
   std::vector<testing::CanRow> rows;
@@ -120,7 +128,7 @@ TEST(DeadReckon, NeitherSinksNorClimbsByTheAccelerometersBias) {
     const bool starts = i > 500 && speed_mps < 8.0;
     rows.push_back({.time_us = TurningDrive::kStart_us + 10'000 * i,
                     .specific_force_mps2 = {starts ? 1.0 : 0.0, 0.0, 9.81 + kBias_mps2},
-                    .angular_rate_radps = {0.0, 0.0, 0.0},
+                    .angular_rate_radps = {0.0, 0.0, kBias_radps},
                     .speed_mps = speed_mps});
     speed_mps += starts ? 0.01 : 0.0;
   }
@@ -129,6 +137,7 @@ TEST(DeadReckon, NeitherSinksNorClimbsByTheAccelerometersBias) {
   ASSERT_GT(reckoned.motion.back().T_world_imu.p.x(), 100.0);
   for (const evaluation::StampedPose& pose : reckoned.motion) {
     ASSERT_LT(std::abs(pose.T_world_imu.p.z()), 0.05) << TurningDrive::seconds(pose.time_ns);
+    ASSERT_LT(std::abs(pose.T_world_imu.p.y()), 0.05) << TurningDrive::seconds(pose.time_ns);
   }
 }
 
