@@ -183,6 +183,7 @@ void read_imu(StrictNode& top, estimation::EstimatorConfig& config,
   read_vector(imu, "gyro_bias_radps", config.initial_gyro_bias_radps, {-1.0, 1.0});
   read_vector(imu, "accel_bias_mps2", config.initial_accel_bias_mps2, {-10.0, 10.0});
   imu.read("gyro_bias_std_radps", config.initial.gyro_bias_radps, positive_up_to(1.0));
+  imu.read("gyro_scale_std", config.models.gyro_scale_std, {0.0, 0.1});
   imu.read("accel_bias_std_mps2", config.initial.accel_bias_mps2, positive_up_to(10.0));
   imu.read("max_force_mps2", config.imu_screen.max_force_mps2, positive_up_to(1e4));
   imu.read("max_rate_radps", config.imu_screen.max_rate_radps, positive_up_to(1e3));

@@ -367,7 +367,9 @@ void FusionHistory::propagate_between(const Event& from, const Event& to, Nomina
   const InertialInput u{.specific_force_mps2 = 0.5 * (from.specific_force + to.specific_force),
                         .angular_rate_radps = 0.5 * (from.angular_rate + to.angular_rate)};
   const double dt_s = seconds(to.time_ns - from.time_ns);
-  const ImuNoise noise = with_wander(models_.imu, models_.map_wander, x.v_world_imu.norm());
+  const ImuNoise noise =
+      with_scale_error(with_wander(models_.imu, models_.map_wander, x.v_world_imu.norm()),
+                       models_.gyro_scale_std, (u.angular_rate_radps - x.gyro_bias_radps).norm());
   propagate_covariance(x, u, noise, dt_s, P);
   if (dt_s > models_.imu_gap.longer_than_s) {
     add_gap_uncertainty(models_.imu_gap, dt_s, P);

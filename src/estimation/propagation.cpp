@@ -91,6 +91,14 @@ ImuNoise with_wander(const ImuNoise& noise, const MapWander& wander, double spee
   return sum;
 }
 
+ImuNoise with_scale_error(const ImuNoise& noise, double gyro_scale_std, double rate_radps) {
+  constexpr double kTurn_s = 2.5;
+  ImuNoise sum = noise;
+  const double density = gyro_scale_std * rate_radps * std::sqrt(2.0 * kTurn_s);
+  sum.gyro_noise_density = std::hypot(noise.gyro_noise_density, density);
+  return sum;
+}
+
 NominalState propagate_state(const NominalState& x, const InertialInput& u, double dt_s) {
   NominalState y = x;
   // The attitude of mid-step turns the specific force: second order in dt at no extra sample.

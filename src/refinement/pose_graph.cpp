@@ -3,6 +3,7 @@
 #include "topoloc/refinement/pose_graph.hpp"
 
 #include "topoloc/evaluation/median.hpp"
+#include "topoloc/geometry/so3.hpp"
 
 #include <algorithm>
 #include <array>
@@ -70,7 +71,8 @@ struct OdometryResidual {
 
   template <typename T>
   bool operator()(const T* motion_from, const T* motion_to, const T* rate_error,
-                  const T* turn_error, const T* scale_error, T* residual) const {
+                  const T* gyro_error, const T* turn_error, const T* scale_error,
+                  T* residual) const {
     const Pose<T> from = pose_of(start_from, motion_from);
     const Pose<T> to = pose_of(start_to, motion_to);
     const Eigen::Matrix<T, 3, 3> R = from.R.transpose() * to.R;
@@ -81,7 +83,9 @@ struct OdometryResidual {
         from.R.transpose() * (to.p - from.p) + *scale_error * way + turn.cross(way);
     Eigen::Map<Eigen::Matrix<T, 6, 1>> r(residual);
     Eigen::Matrix<T, 6, 1> xi = away_from<T>(T_from_to, R, p);
-    xi.template head<3>() += T(seconds) * Eigen::Map<const Eigen::Matrix<T, 3, 1>>(rate_error);
+    const Eigen::Map<const Eigen::Matrix<T, 3, 3>> gyro(gyro_error);
+    xi.template head<3>() += T(seconds) * Eigen::Map<const Eigen::Matrix<T, 3, 1>>(rate_error) +
+                             gyro * so3::log(T_from_to.R).cast<T>();
     r = inverse_std.cast<T>().cwiseProduct(xi);
     return true;
   }
@@ -200,15 +204,16 @@ class Problem {
     for (const OdometryFactor& factor : graph.odometry) {
       if (moves(factor.from, factor.to)) {
         problem_.AddResidualBlock(
-            new ceres::AutoDiffCostFunction<OdometryResidual, 6, 6, 6, 3, 3, 1>(
+            new ceres::AutoDiffCostFunction<OdometryResidual, 6, 6, 6, 3, 9, 3, 1>(
                 new OdometryResidual{poses[factor.from], poses[factor.to], factor.T_from_to,
                                      factor.seconds, factor.std.cwiseInverse()}),
             nullptr, motions_[factor.from].data(), motions_[factor.to].data(), rate_error_.data(),
-            turn_error_.data(), scale_error_.data());
+            gyro_error_.data(), turn_error_.data(), scale_error_.data());
       }
     }
     if (!graph.odometry.empty()) {
       add_sensor_error(graph.rate_error_std_radps, rate_error_);
+      add_sensor_error(graph.gyro_scale_std, gyro_error_);
       add_sensor_error(graph.turn_error_std_rad, turn_error_);
       add_sensor_error(graph.scale_error_std, scale_error_);
     }
@@ -335,6 +340,7 @@ class Problem {
   std::vector<RigidTransform> poses_;
   std::vector<Motion> motions_;
   std::array<double, 3> rate_error_{};  // [rad/s]
+  std::array<double, 9> gyro_error_{};  // of scale and axes, by columns
   std::array<double, 3> turn_error_{};  // [rad]
   std::array<double, 1> scale_error_{};
   std::array<double, 3> force_error_{};  // [m/s^2]

@@ -121,6 +121,7 @@ class Run {
   void start() {
     graph_.rate_error_std_radps = drive_.vehicle.estimator.initial.gyro_bias_radps;
     graph_.force_error_std_mps2 = drive_.vehicle.estimator.initial.accel_bias_mps2;
+    graph_.gyro_scale_std = drive_.vehicle.estimator.models.gyro_scale_std;
     graph_.turn_error_std_rad = drive_.vehicle.estimator.models.speed.rotation_std_rad;
     graph_.scale_error_std = drive_.vehicle.estimator.models.speed.std_forward_relative;
     const double shared = sharing(config_.error_correlation_m);

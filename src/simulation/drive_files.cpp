@@ -101,6 +101,7 @@ imu:
   # Turn-on biases of this kind of sensor.
   gyro_bias_std_radps: {}
   accel_bias_std_mps2: {}
+  gyro_scale_std: {}
 vehicle:
   # By the car's drawings: the IMU as it is mounted is turned by about 0.1 degrees against them.
   rotation_vehicle_imu_rpy_rad: {}
@@ -110,7 +111,7 @@ vehicle:
   wheel_scale: 1.0
 )",
       world::name(spec.request.world.scenario), rendering::name(spec.request.light),
-      decimal(sensor.gyro_bias_radps), decimal(sensor.accel_bias_mps2),
+      decimal(sensor.gyro_bias_radps), decimal(sensor.accel_bias_mps2), decimal(sensor.scale_error),
       list(so3::roll_pitch_yaw(T_vehicle_imu.R)), list(T_vehicle_imu.inverse().p));
 }
 

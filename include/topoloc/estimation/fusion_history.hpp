@@ -27,6 +27,7 @@ struct ImuGapModel {
 struct FilterModels {
   ImuNoise imu;
   ImuGapModel imu_gap;
+  double gyro_scale_std = 0.0;  ///< share of the rate by which scale and axes of the gyro are off
   MapWander map_wander;
   double imu_rate_hz = 100.0;  ///< turns the gyroscope's density into the noise of one sample
   SpeedModel speed;

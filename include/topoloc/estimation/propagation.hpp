@@ -30,6 +30,12 @@ struct MapWander {
 /// sqrt(2 / tau).
 ImuNoise with_wander(const ImuNoise& noise, const MapWander& wander, double speed_mps);
 
+/// `rate_radps`: magnitude. The noise with what scale and axes of the gyro, wrong by a share
+/// `gyro_scale_std` of the rate, do to the attitude in a turn, as white rate: turns last for some
+/// seconds tau, so the density is sigma sqrt(2 tau). In a whole turn the error so is about that
+/// share of the angle, and to all sides, as axes that are askew turn the vehicle to all sides.
+ImuNoise with_scale_error(const ImuNoise& noise, double gyro_scale_std, double rate_radps);
+
 /// Specific force and angular rate taken as constant over one propagation step, biases not removed.
 struct InertialInput {
   Eigen::Vector3d specific_force_mps2;

@@ -56,6 +56,7 @@ struct PoseGraph {
   std::vector<OdometryFactor> odometry;
   // Constant over the drive; 0: there is no such error.
   double rate_error_std_radps = 0.005;  ///< per axis: gyro bias
+  double gyro_scale_std = 0.0;          ///< scale and axes of the gyro, share of what it turns
   double turn_error_std_rad = 0.001;    ///< per axis: the IMU's axes against the way it moves
   double scale_error_std = 0.005;       ///< of the way: the wheels' circumference
   double force_error_std_mps2 = 0.1;    ///< the same of the specific force: tilts all `gravity`

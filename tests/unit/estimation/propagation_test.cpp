@@ -5,6 +5,7 @@
 #include "support/random_states.hpp"
 
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -136,6 +137,19 @@ TEST(Propagation, WanderOfTheMapAddsAsMuchAsItsDriftChanges) {
 
 TEST(Propagation, WanderOfTheMapDoesNotMoveAStandingVehicle) {
   EXPECT_EQ(process_noise(with_wander(kNoise, MapWander{}, 0.0), 0.1), process_noise(kNoise, 0.1));
+}
+
+TEST(Propagation, HasWhatAWrongScaleOfTheGyroDoesInATurn) {
+  // A quarter of a turn in 5 s, half a percent wrong.
+  constexpr double kScaleStd = 0.005;
+  constexpr double kTurn_s = 5.0;
+  const double rate_radps = 0.5 * std::numbers::pi / kTurn_s;
+  const double added =
+      process_noise(with_scale_error(kNoise, kScaleStd, rate_radps), kTurn_s)(kTheta, kTheta) -
+      process_noise(kNoise, kTurn_s)(kTheta, kTheta);
+  EXPECT_NEAR(std::sqrt(added), kScaleStd * 0.5 * std::numbers::pi, 1e-9);
+  EXPECT_EQ(process_noise(with_scale_error(kNoise, 0.0, 1.0), 0.1), process_noise(kNoise, 0.1));
+  EXPECT_EQ(process_noise(with_scale_error(kNoise, 0.01, 0.0), 0.1), process_noise(kNoise, 0.1));
 }
 
 // The noise added over a second must not depend on how finely the second is cut.

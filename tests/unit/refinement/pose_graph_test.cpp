@@ -145,6 +145,37 @@ TEST(PoseGraph, FindsHowTheImuIsTurnedAgainstTheWayAndTheWheelsScale) {
   EXPECT_GT(largest_error(solved(graph, drive.truth), drive.truth), 0.05);
 }
 
+TEST(PoseGraph, FindsScaleAndAxesOfTheGyroInTurns) {
+  // There and back round a bend: a bias would not do that.
+  GraphDrive drive(40);
+  Eigen::Matrix3d error;
+  error << 0.004, -0.003, 0.006, 0.002, -0.005, -0.004, 0.001, 0.003, 0.008;
+  for (std::size_t k = 1; k < drive.truth.size(); ++k) {
+    const double turn_rad = k < 20 ? 0.12 : -0.12;
+    drive.truth[k] = drive.truth[k - 1] * RigidTransform{so3::exp({0.0, 0.0, turn_rad}),
+                                                         {GraphDrive::kStep_m, 0.0, 0.0}};
+  }
+  PoseGraph graph = drive.with_odometry(both(0.0002, 0.005));
+  for (OdometryFactor& factor : graph.odometry) {
+    const Eigen::Vector3d turned = so3::log(factor.T_from_to.R);
+    factor.T_from_to.R = so3::exp(turned + error * turned);
+  }
+  for (const std::size_t k : {0U, 10U, 39U}) {
+    graph.registrations.push_back(drive.registration(k, 0.001, 0.02));
+  }
+  const auto yaw_error_rad = [&](double std) {
+    graph.gyro_scale_std = std;
+    double largest = 0.0;
+    const auto poses = solved(graph, drive.truth);
+    for (std::size_t k = 0; k < poses.size(); ++k) {
+      largest = std::max(largest, motion_between(drive.truth[k], poses[k]).head<3>().norm());
+    }
+    return largest;
+  };
+  EXPECT_LT(yaw_error_rad(0.01), 0.004);
+  EXPECT_GT(yaw_error_rad(0.0), 0.008);
+}
+
 TEST(PoseGraph, VotesDownAGrossOutlierAmongRegistrations) {
   const GraphDrive drive(12);
   PoseGraph graph = drive.with_odometry();
