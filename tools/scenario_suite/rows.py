@@ -184,8 +184,8 @@ REDUCED_TARGETS = [
     Target("tunnel", "day", "aper_rad", 0.006),
     Target("tunnel", "day", "used_share", 0.7, at_least=True),
 ]
-# Its world is hard enough by the targets of the full form: for the distance, and by the weak baseline
-# alone. On a short way dead reckoning is good anywhere, and so are single directions of who stays
-# where a start 1 m off has put him.
+# Its world is hard enough by the targets of the full form: for the distance, and by the weak
+# baseline alone. On a short way dead reckoning is good anywhere, and so are single directions of
+# who stays where a start 1 m off has put him.
 REDUCED_HARD_TARGETS = [target for target in TARGETS if target.figure == "apet_m"]
 REDUCED_HARD_ROWS = HARD_ROWS[:1]
