@@ -20,9 +20,9 @@
 namespace topoloc::simulation {
 namespace {
 
-constexpr std::int64_t kBegin_ns = 1'780'000'000'000'000'000;
-constexpr double kRate_hz = 1.0;
-constexpr std::uint64_t kKey = 7;
+constexpr std::int64_t kFilmBegin_ns = 1'780'000'000'000'000'000;
+constexpr double kFilmRate_hz = 1.0;
+constexpr std::uint64_t kFilmKey = 7;
 
 /// A drive of 80 m in which nothing else moves.
 struct ShortDrive {
@@ -35,7 +35,7 @@ struct ShortDrive {
   rendering::CameraSpec camera;
   ShortDrive() {
     camera.calibration = camera_calibration(96);
-    camera.rate_hz = kRate_hz;
+    camera.rate_hz = kFilmRate_hz;
     camera.samples_per_pixel = 1;
   }
 };
@@ -48,7 +48,7 @@ struct Frame {
 std::vector<Frame> filmed(ShortDrive& drive, const CameraLogSpec& spec) {
   const topoloc::testing::TemporaryFolder folder;
   film(drive.raycaster, drive.ego, drive.visit, drive.T_vehicle_cam, drive.camera,
-       rendering::Light::kDay, spec, kBegin_ns, kKey, folder / "camera.lcm", [](double) {});
+       rendering::Light::kDay, spec, kFilmBegin_ns, kFilmKey, folder / "camera.lcm", [](double) {});
   const transport::LcmLogReader log(folder / "camera.lcm");
   std::vector<Frame> frames;
   for (std::size_t i = 0; i < log.size(); ++i) {
@@ -56,7 +56,7 @@ std::vector<Frame> filmed(ShortDrive& drive, const CameraLogSpec& spec) {
     EXPECT_EQ(transport::view_image(log.event(i).data, view), transport::ImageVerdict::kOk);
     const cv::Mat jpeg(1, static_cast<int>(view.data.size()), CV_8UC1,
                        const_cast<std::byte*>(view.data.data()));
-    frames.push_back({static_cast<double>(view.time_us * 1000 - kBegin_ns) * 1e-9,
+    frames.push_back({static_cast<double>(view.time_us * 1000 - kFilmBegin_ns) * 1e-9,
                       cv::imdecode(jpeg, cv::IMREAD_GRAYSCALE)});
   }
   return frames;
@@ -65,7 +65,7 @@ std::vector<Frame> filmed(ShortDrive& drive, const CameraLogSpec& spec) {
 /// Grey values between the frames and what is seen `late_s` after their stamps.
 double difference(ShortDrive& drive, const std::vector<Frame>& frames, double late_s) {
   rendering::CameraRenderer renderer(drive.raycaster, drive.camera, rendering::Light::kDay,
-                                     world::key(kKey, {1}));
+                                     world::key(kFilmKey, {1}));
   double sum = 0.0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const auto motion = [&](double since_s) {
@@ -95,7 +95,7 @@ TEST(CameraLog, StampsJitterByWhatIsStated) {
   const auto frames = filmed(drive, spec);
   std::vector<double> off_s;
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    off_s.push_back(frames[i].stamp_s - static_cast<double>(i) / kRate_hz);
+    off_s.push_back(frames[i].stamp_s - static_cast<double>(i) / kFilmRate_hz);
   }
   const auto count = static_cast<double>(off_s.size());
   const double mean_s = std::accumulate(off_s.begin(), off_s.end(), 0.0) / count;
