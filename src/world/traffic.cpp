@@ -59,10 +59,9 @@ double place_at(const std::vector<double>& times, double time_s) {
 std::uint32_t model_for(const World& world, Random& random, const Stream& stream, double along_m) {
   const bool town = section_at(world.sections, along_m).setting == Setting::kTown;
   const auto count = static_cast<int>(world.car_meshes.size());
-  constexpr int kHeavy = 2;  // the last ones: lorry and bus
   const double heavy = town ? 0.1 : (stream.slot == 0 ? 0.3 : 0.02);
-  const int index =
-      random.chance(heavy) ? count - 1 - random.below(kHeavy) : random.below(count - kHeavy);
+  const int index = random.chance(heavy) ? count - 1 - random.below(kHeavyModels)
+                                         : random.below(count - kHeavyModels);
   return world.car_meshes[static_cast<std::size_t>(index)];
 }
 

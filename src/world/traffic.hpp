@@ -11,7 +11,8 @@ namespace topoloc::world {
 /// Models of vehicles that a world has at least, if it has any: cars that park and a van, then a
 /// lorry and a bus.
 constexpr int kLightModels = 5;
-constexpr int kCarModels = kLightModels + 2;
+constexpr int kHeavyModels = 2;
+constexpr int kCarModels = kLightModels + kHeavyModels;
 
 /// Lanes as streams of vehicles: the right side's slots, then the left side's. All vehicles of a
 /// stream take the same time between two places, so none ever runs into another.

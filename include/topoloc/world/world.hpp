@@ -114,7 +114,7 @@ struct VisitSpec {
 /// Cars, parked and moving, during one drive.
 class Visit {
  public:
-  /// Throws std::invalid_argument for one to four models of cars.
+  /// Throws std::invalid_argument for one to six models of cars.
   Visit(const World& world, const VisitSpec& spec);
 
   [[nodiscard]] const std::vector<Instance>& parked() const { return parked_; }

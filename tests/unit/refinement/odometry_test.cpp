@@ -81,35 +81,50 @@ TEST(DeadReckon, TakesRotationsFromTheGyroAloneAndUpFromTheFilter) {
   EXPECT_GT(reckoned.tilt_std_rad.front(), 5.0 * reckoned.tilt_std_rad.back());
 }
 
-TEST(DeadReckon, StandsWhereTheVehicleStands) {
-  // Standing, the filter sees that the gyro's bias has changed since it last stood, and moves to
-  // where the way so far must have led.
-  constexpr std::int64_t kStart_us = TurningDrive::kStart_us;
-  constexpr double kBias_radps = 0.0005;
-  constexpr double kForce_mps2 = 2.5;
+/// What an IMU on a vehicle that goes straight shows.
+struct Felt {
+  double forward_mps2 = 0.0;
+  double up_mps2 = 9.81;
+  double yaw_rate_radps = 0.0;
+};
+
+/// Dead reckoning of a vehicle that stands at first; `felt(i, speed_mps)` every 10 ms.
+template <typename Function>
+DeadReckoning reckoned_straight(int last, const Function& felt) {
   const testing::TemporaryFolder temporary;
   testing::DriveFolder folder(temporary / "drive", testing::tiny_camera());
   std::vector<testing::CanRow> rows;
   double speed_mps = 0.0;
-  for (int i = 0; i <= 5500; ++i) {
-    const double force = i < 500                         ? 0.0
-                         : i < 4500 && speed_mps < 10.0  ? kForce_mps2
-                         : i >= 4500 && speed_mps > 1e-9 ? -kForce_mps2
-                                                         : 0.0;
-    rows.push_back({.time_us = kStart_us + 10'000 * i,
-                    .specific_force_mps2 = {force, 0.0, 9.81},
-                    .angular_rate_radps = {0.0, 0.0,
-                                           i < 500    ? 0.0
-                                           : i < 4900 ? kBias_radps
-                                                      : 2.0 * kBias_radps},
+  for (int i = 0; i <= last; ++i) {
+    const Felt now = felt(i, speed_mps);
+    rows.push_back({.time_us = TurningDrive::kStart_us + 10'000 * i,
+                    .specific_force_mps2 = {now.forward_mps2, 0.0, now.up_mps2},
+                    .angular_rate_radps = {0.0, 0.0, now.yaw_rate_radps},
                     .speed_mps = speed_mps});
-    speed_mps = std::max(0.0, speed_mps + 0.01 * force);
+    speed_mps = std::max(0.0, speed_mps + 0.01 * now.forward_mps2);
   }
   folder.write_can_log(rows);
-  const DeadReckoning reckoned = dead_reckon(drive::load_drive(folder.dir()), 0.0, {});
+  return dead_reckon(drive::load_drive(folder.dir()), 0.0, {});
+}
+
+TEST(DeadReckon, StandsWhereTheVehicleStands) {
+  // Standing, the filter sees that the gyro's bias has changed since it last stood, and moves to
+  // where the way so far must have led.
+  constexpr double kBias_radps = 0.0005;
+  constexpr double kForce_mps2 = 2.5;
+  const DeadReckoning reckoned = reckoned_straight(5500, [](int i, double speed_mps) -> Felt {
+    if (i < 500) {
+      return {};
+    }
+    if (i < 4500) {
+      return {.forward_mps2 = speed_mps < 10.0 ? kForce_mps2 : 0.0, .yaw_rate_radps = kBias_radps};
+    }
+    return {.forward_mps2 = speed_mps > 1e-9 ? -kForce_mps2 : 0.0,
+            .yaw_rate_radps = i < 4900 ? kBias_radps : 2.0 * kBias_radps};
+  });
   const auto moved_m = [](const evaluation::Trajectory& trajectory) {
     const auto standing = std::find_if(trajectory.begin(), trajectory.end(), [](const auto& pose) {
-      return pose.time_ns > 1000 * (kStart_us + 49'300'000);
+      return pose.time_ns > 1000 * (TurningDrive::kStart_us + 49'300'000);
     });
     return (trajectory.back().T_world_imu.p - standing->T_world_imu.p).norm();
   };
@@ -120,20 +135,11 @@ TEST(DeadReckon, StandsWhereTheVehicleStands) {
 TEST(DeadReckon, NeitherSinksNorTurnsByBiasesThatStandingTells) {
   constexpr double kBias_mps2 = 0.15;
   constexpr double kBias_radps = 0.006;
-  const testing::TemporaryFolder temporary;
-  testing::DriveFolder folder(temporary / "drive", testing::tiny_camera());
-  std::vector<testing::CanRow> rows;
-  double speed_mps = 0.0;
-  for (int i = 0; i <= 3000; ++i) {
-    const bool starts = i > 500 && speed_mps < 8.0;
-    rows.push_back({.time_us = TurningDrive::kStart_us + 10'000 * i,
-                    .specific_force_mps2 = {starts ? 1.0 : 0.0, 0.0, 9.81 + kBias_mps2},
-                    .angular_rate_radps = {0.0, 0.0, kBias_radps},
-                    .speed_mps = speed_mps});
-    speed_mps += starts ? 0.01 : 0.0;
-  }
-  folder.write_can_log(rows);
-  const DeadReckoning reckoned = dead_reckon(drive::load_drive(folder.dir()), 0.0, {});
+  const DeadReckoning reckoned = reckoned_straight(3000, [](int i, double speed_mps) -> Felt {
+    return {.forward_mps2 = i > 500 && speed_mps < 8.0 ? 1.0 : 0.0,
+            .up_mps2 = 9.81 + kBias_mps2,
+            .yaw_rate_radps = kBias_radps};
+  });
   ASSERT_GT(reckoned.motion.back().T_world_imu.p.x(), 100.0);
   for (const evaluation::StampedPose& pose : reckoned.motion) {
     ASSERT_LT(std::abs(pose.T_world_imu.p.z()), 0.05) << TurningDrive::seconds(pose.time_ns);
