@@ -73,6 +73,7 @@ void print_json(const Options& options, const BuildReport& report) {
       {"nodes_rejected", rejected},
       {"features", report.features},
       {"features_lifted", report.lifted},
+      {"features_contradicted", report.contradicted},
       {"mean_depth_std_m", report.mean_depth_std_m},
       {"cloud_points", report.cloud_points},
       {"cloud_points_rejected", report.cloud_points_rejected},
@@ -80,7 +81,8 @@ void print_json(const Options& options, const BuildReport& report) {
       {"cloud_on_disk", report.cloud_on_disk},
       {"cloud_seconds", report.cloud_seconds},
       {"poses_seconds", report.poses_seconds},
-      {"nodes_seconds", report.nodes_seconds}};
+      {"nodes_seconds", report.nodes_seconds},
+      {"depths_seconds", report.depths_seconds}};
   std::cout << out.dump(2) << '\n';
 }
 
@@ -259,7 +261,8 @@ void run(Options& options) {
   }
   options.config.cloud_memory_bytes = options.cloud_memory_mb << 20U;
   options.config.creator = std::string("topoloc-map ") + TOPOLOC_VERSION;
-  const BuildProgress progress{.cloud = bar("cloud"), .poses = bar("poses"), .nodes = bar("nodes")};
+  const BuildProgress progress{
+      .cloud = bar("cloud"), .poses = bar("poses"), .nodes = bar("nodes"), .depths = bar("depths")};
   const BuildReport report = options.refine == "none"
                                  ? build_map(options.paths, options.config, progress)
                                  : build_refined(options, progress);

@@ -11,13 +11,16 @@
 #include "mapping/build_journal.hpp"
 #include "mapping/build_settings.hpp"
 #include "mapping/cloud_reader.hpp"
+#include "mapping/neighbour_check.hpp"
 #include "mapping/node_maker.hpp"
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <exception>
+#include <map>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -172,15 +175,69 @@ void make_nodes(const NodeContext& context, const std::vector<PlannedNode>& pend
   }
 }
 
+/// Features whose depth the neighbouring nodes contradict, by the node's frame.
+using ContradictedDepths = std::map<std::size_t, std::vector<std::size_t>>;
+
+ContradictedDepths check_depths(const std::vector<PlannedNode>& nodes, const BuildJournal& journal,
+                                const matching::MatchingConfig& matching,
+                                const PinholeCamera& camera, const Progress& progress) {
+  NeighbourCheck check(matching, camera);
+  ContradictedDepths contradicted;
+  const auto note = [&](std::optional<NeighbourCheck::Verdict> verdict) {
+    if (verdict) {
+      contradicted[verdict->frame] = std::move(verdict->features);
+    }
+  };
+  std::size_t done = 0;
+  for (const PlannedNode& node : nodes) {
+    NodeOutcome outcome =
+        node.rejected ? NodeOutcome{node.rejected, {}, {}} : journal.load(node.frame);
+    if (!outcome.rejected) {
+      note(check.next(node.frame, std::move(outcome.draft)));
+    }
+    ++done;
+    if (progress) {
+      progress(static_cast<double>(done) / static_cast<double>(nodes.size()));
+    }
+  }
+  note(check.finish());
+  return contradicted;
+}
+
+/// Takes the depth from some of a node's features; too few that have one left reject it.
+void unlift(const std::vector<std::size_t>& features, int min_lifted, NodeOutcome& outcome) {
+  for (const std::size_t i : features) {
+    outcome.draft.features[i].depth_m = 0.0F;
+    outcome.draft.features[i].depth_std_m = 0.0F;
+  }
+  int lifted = 0;
+  double depth_std_sum_m = 0.0;
+  for (const map::Feature& feature : outcome.draft.features) {
+    lifted += feature.depth_m > 0.0F ? 1 : 0;
+    depth_std_sum_m += static_cast<double>(feature.depth_std_m);
+  }
+  outcome.figures["contradicted"] = static_cast<double>(features.size());
+  outcome.figures["lifted"] = lifted;
+  outcome.figures["mean_depth_std_m"] = depth_std_sum_m / std::max(1, lifted);
+  if (lifted < min_lifted) {
+    outcome.rejected = NodeReject::kTooFewLifted;
+  }
+}
+
 /// Puts the journal's nodes into one map, in the order of the drive, and what became of each
 /// planned one into the map's report, of which all but the nodes is given.
 void assemble(const std::filesystem::path& out, const map::MapInfo& info,
-              const BuildJournal& journal, MapReport map_report, BuildReport& report) {
+              const BuildJournal& journal, const ContradictedDepths& contradicted, int min_lifted,
+              MapReport map_report, BuildReport& report) {
   map::MapWriter writer(out, info);
   double depth_std_sum_m = 0.0;
   for (const PlannedNode& node : report.selection.nodes) {
-    const NodeOutcome outcome =
+    NodeOutcome outcome =
         node.rejected ? NodeOutcome{node.rejected, {}, {}} : journal.load(node.frame);
+    if (!outcome.rejected) {
+      unlift(contradicted.at(node.frame), min_lifted, outcome);
+      report.contradicted += contradicted.at(node.frame).size();
+    }
     NodeReport& node_report = map_report.nodes.emplace_back(
         NodeReport{node.frame, node.time_ns, node.T_world_imu.p, std::nullopt, node.figures});
     node_report.figures.insert(outcome.figures.begin(), outcome.figures.end());
@@ -296,7 +353,12 @@ BuildReport build_map(const BuildPaths& paths, const BuildConfig& config,
   map_report.refine = refiner != nullptr ? refiner->name() : "none";
   map_report.cloud_points = cloud.size();
   map_report.cloud_has_intensity = cloud.has_intensity;
-  assemble(paths.out, info, journal, std::move(map_report), report);
+  start = std::chrono::steady_clock::now();
+  const ContradictedDepths contradicted = check_depths(
+      report.selection.nodes, journal, drive.vehicle.matching, info.camera, progress.depths);
+  report.depths_seconds = seconds_since(start);
+  assemble(paths.out, info, journal, contradicted, config.min_lifted, std::move(map_report),
+           report);
   journal.remove();
   report.frames_rejected = frames.rejected();
   report.first_frame_error = frames.first_error();

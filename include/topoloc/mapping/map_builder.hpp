@@ -72,7 +72,8 @@ struct BuildReport {
   std::size_t nodes_made = 0;     ///< by this one, rejected ones among them
   std::uint64_t features = 0;
   std::uint64_t lifted = 0;
-  double mean_depth_std_m = 0.0;  ///< over the lifted features
+  std::uint64_t contradicted = 0;  ///< by the neighbouring nodes' images: their depth is not used
+  double mean_depth_std_m = 0.0;   ///< over the lifted features
   std::uint64_t map_bytes = 0;
   std::uint64_t cloud_points = 0;
   std::uint64_t cloud_points_rejected = 0;
@@ -81,6 +82,7 @@ struct BuildReport {
   double cloud_seconds = 0.0;    ///< loading and sorting
   double poses_seconds = 0.0;    ///< wall clock of refinement
   double nodes_seconds = 0.0;    ///< wall clock of all nodes
+  double depths_seconds = 0.0;   ///< of holding their depths against each other's images
 };
 
 /// Called from worker threads, one at a time.
@@ -88,6 +90,7 @@ struct BuildProgress {
   Progress cloud;
   Progress poses;  ///< refinement
   Progress nodes;
+  Progress depths;  ///< held against the neighbouring nodes' images
 };
 
 /// Builds a map from a cloud and a drive (method parts M1, M3, M7): at the poses of the trajectory,

@@ -17,6 +17,7 @@
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -37,6 +38,11 @@ class MapBuilderTest : public ::testing::Test {
       GTEST_SKIP() << "no models in " << matching::default_model_dir();
     }
   }
+  static BuildProgress of_nodes(Progress nodes) {
+    BuildProgress progress;
+    progress.nodes = std::move(nodes);
+    return progress;
+  }
   /// Bytes of the map of an uninterrupted build.
   [[nodiscard]] std::string built(const BuildConfig& config) const {
     BuildPaths paths = drive_.paths;
@@ -51,7 +57,7 @@ class MapBuilderTest : public ::testing::Test {
         throw std::runtime_error("power cut");
       }
     };
-    EXPECT_THAT([&] { build_map(drive_.paths, config, {.cloud = {}, .poses = {}, .nodes = die}); },
+    EXPECT_THAT([&] { build_map(drive_.paths, config, of_nodes(die)); },
                 ThrowsMessage<std::runtime_error>(HasSubstr("power cut")));
     EXPECT_FALSE(std::filesystem::exists(drive_.paths.out));
     EXPECT_TRUE(std::filesystem::exists(partial()));
@@ -193,8 +199,7 @@ TEST_F(MapBuilderTest, GoesOnAfterAnInterruptionToTheSameFile) {
   interrupt(config_);
   std::vector<double> fractions;
   const BuildReport report = build_map(
-      drive_.paths, config_,
-      {.cloud = {}, .poses = {}, .nodes = [&](double fraction) { fractions.push_back(fraction); }});
+      drive_.paths, config_, of_nodes([&](double fraction) { fractions.push_back(fraction); }));
   EXPECT_EQ(report.nodes_resumed, 2U);
   EXPECT_EQ(report.nodes_written, 5U);
   EXPECT_THAT(fractions, ::testing::ElementsAre(0.6, 0.8, 1.0));
@@ -287,7 +292,7 @@ TEST_F(MapBuilderTest, TakesOverRefinedPosesOfAnInterruptedBuild) {
     ToldPoses refiner(poses, settings);
     report = {};
     try {
-      report = build_map(paths, config_, {.cloud = {}, .poses = {}, .nodes = nodes}, &refiner);
+      report = build_map(paths, config_, of_nodes(nodes), &refiner);
     } catch (const std::runtime_error& error) {
       EXPECT_STREQ(error.what(), "power cut");
     }
@@ -334,7 +339,7 @@ TEST_F(MapBuilderTest, CountsFramesThatRefinementLeftOut) {
 TEST_F(MapBuilderTest, DoesNotTakeOverNodesOfOtherPoses) {
   const auto build = [&](double off_m, const Progress& nodes = {}) {
     ToldPoses refiner(beside_the_trajectory(drive_.paths, off_m), std::to_string(off_m));
-    return build_map(drive_.paths, config_, {.cloud = {}, .poses = {}, .nodes = nodes}, &refiner);
+    return build_map(drive_.paths, config_, of_nodes(nodes), &refiner);
   };
   const auto die = [](double share) {
     if (share > 0.3) {

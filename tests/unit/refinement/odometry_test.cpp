@@ -85,6 +85,7 @@ TEST(DeadReckon, TakesRotationsFromTheGyroAloneAndUpFromTheFilter) {
 struct Felt {
   double forward_mps2 = 0.0;
   double up_mps2 = 9.81;
+  double pitch_rate_radps = 0.0;
   double yaw_rate_radps = 0.0;
 };
 
@@ -99,7 +100,7 @@ DeadReckoning reckoned_straight(int last, const Function& felt) {
     const Felt now = felt(i, speed_mps);
     rows.push_back({.time_us = TurningDrive::kStart_us + 10'000 * i,
                     .specific_force_mps2 = {now.forward_mps2, 0.0, now.up_mps2},
-                    .angular_rate_radps = {0.0, 0.0, now.yaw_rate_radps},
+                    .angular_rate_radps = {0.0, now.pitch_rate_radps, now.yaw_rate_radps},
                     .speed_mps = speed_mps});
     speed_mps = std::max(0.0, speed_mps + 0.01 * now.forward_mps2);
   }
@@ -145,6 +146,17 @@ TEST(DeadReckon, NeitherSinksNorTurnsByBiasesThatStandingTells) {
     ASSERT_LT(std::abs(pose.T_world_imu.p.z()), 0.05) << TurningDrive::seconds(pose.time_ns);
     ASSERT_LT(std::abs(pose.T_world_imu.p.y()), 0.05) << TurningDrive::seconds(pose.time_ns);
   }
+}
+
+TEST(DeadReckon, TakesANodBeforeTheWheelsTurnForNoBias) {
+  constexpr double kNod_radps = 0.02;
+  constexpr int kNod = 30;  // samples
+  const DeadReckoning reckoned = reckoned_straight(3000, [](int i, double speed_mps) -> Felt {
+    return {.forward_mps2 = i > 500 && speed_mps < 8.0 ? 1.0 : 0.0,
+            .pitch_rate_radps = i >= 500 - kNod && i < 500 ? kNod_radps : 0.0};
+  });
+  const Eigen::Matrix3d& R = reckoned.motion.back().T_world_imu.R;
+  EXPECT_NEAR(std::asin(-R(2, 0)), 0.01 * kNod * kNod_radps, 0.001);
 }
 
 TEST(MotionStd, GrowsWithWayAndTime) {
