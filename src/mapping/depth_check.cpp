@@ -28,7 +28,8 @@ DepthWitness witness(const MovedFeature& moved, const RigidTransform& T_to_from,
   const auto deeper = seen_from(T_to_from, camera, ray, moved.depth_m + moved.depth_std_m);
   const auto far = seen_from(T_to_from, camera, ray, config.telling_ratio * moved.depth_m);
   const auto near = seen_from(T_to_from, camera, ray, moved.depth_m / config.telling_ratio);
-  if (!expected || !deeper || !far) {
+  // Where it cannot be seen the match is of something else, along the epipolar line at best.
+  if (!expected || !deeper || !far || !camera.contains(*expected)) {
     return DepthWitness::kNone;
   }
   const Eigen::Vector2d away_px = *far - *expected;
