@@ -249,9 +249,31 @@ float Ambient::on_vehicle(const Hit& hit) {
 }
 
 /// Rays from a place to all sides; of half of those that meet something, whether the sun lights it.
+/// Where few of them find light, as in a tunnel's mouth, each is a step on the wall: there are
+/// more.
 float Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vector3d& normal,
                         Gather gather) const {
+  constexpr int kRounds = 8;
+  constexpr int kDarkRounds = 2;  // then it is dark
+  constexpr int kEnough = 12;
   const Eigen::Matrix3d R = frame_of(normal);
+  float sum = 0.0F;
+  int bright = 0;
+  int rounds = 0;
+  do {
+    const double turn = 2.0 * std::numbers::pi * rounds / kRounds;
+    const Eigen::Matrix3d turned =
+        R * Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    const Gathered round = gathered_once(from_m, turned, gather);
+    sum += round.irradiance;
+    bright += round.bright;
+    ++rounds;
+  } while (rounds < kRounds && bright < kEnough && (bright > 0 || rounds < kDarkRounds));
+  return sum / static_cast<float>(rounds);
+}
+
+Ambient::Gathered Ambient::gathered_once(const Eigen::Vector3d& from_m, const Eigen::Matrix3d& R,
+                                         Gather gather) const {
   std::array<Ray, kHemisphereRays> rays;
   std::array<std::optional<Hit>, kHemisphereRays> hits;
   for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -259,14 +281,15 @@ float Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vector3d& no
   }
   raycaster_->cast(rays, hits, Obstacles::kFixed);
 
-  float irradiance = 0.0F;
+  Gathered sum;
   float openness = 0.0F;
   float facing_up = 0.0F;
   bool skip = false;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (!hits[i]) {
       const bool sky = rays[i].direction.z() > 0.0;
-      irradiance += sky ? sky_->mean_radiance(rays[i].direction) : 0.0F;
+      sum.irradiance += sky ? sky_->mean_radiance(rays[i].direction) : 0.0F;
+      sum.bright += sky ? 1 : 0;
       openness += sky ? 1.0F : 0.0F;
       continue;
     }
@@ -279,17 +302,18 @@ float Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vector3d& no
     const double cosine = met.normal.dot(light_.to_sun);
     if (light_.sun > 0.0 && cosine > 0.0 &&
         !raycaster_->blocked({off_surface(met), light_.to_sun}, Obstacles::kFixed)) {
-      irradiance += 2.0F * kBounceAlbedo * static_cast<float>(light_.sun * cosine);
+      sum.irradiance += 2.0F * kBounceAlbedo * static_cast<float>(light_.sun * cosine);
+      ++sum.bright;
     }
   }
   // What is met sees about as much of the sky as the place itself; a street's half of it is open.
   const float open = std::min(1.0F, 2.0F * openness / kHemisphereRays);
-  irradiance += 2.0F * kBounceAlbedo * sky_->irradiance() * open * facing_up;
-  constexpr auto kShare = static_cast<float>(1.0 / kHemisphereRays);
+  sum.irradiance += 2.0F * kBounceAlbedo * sky_->irradiance() * open * facing_up;
   if (gather == Gather::kSphere) {  // what leaves and ground reflect is not followed
-    irradiance += kBounceAlbedo * sky_->irradiance() * openness;
+    sum.irradiance += kBounceAlbedo * sky_->irradiance() * openness;
   }
-  return irradiance * kShare;
+  sum.irradiance /= static_cast<float>(kHemisphereRays);
+  return sum;
 }
 
 }  // namespace topoloc::rendering

@@ -38,8 +38,16 @@ class Ambient {
   template <typename Where>
   [[nodiscard]] float remembered(std::uint64_t key, Gather gather, const Where& where);
   [[nodiscard]] float in_space(const Eigen::Vector3d& point_m, double size_m, Gather gather);
+  /// What one set of rays finds.
+  struct Gathered {
+    float irradiance = 0.0F;
+    int bright = 0;  ///< rays that met the sky, or something in the sun
+  };
   [[nodiscard]] float gathered(const Eigen::Vector3d& from_m, const Eigen::Vector3d& normal,
                                Gather gather) const;
+  /// `R`: to the rays' axes, z along the normal.
+  [[nodiscard]] Gathered gathered_once(const Eigen::Vector3d& from_m, const Eigen::Matrix3d& R,
+                                       Gather gather) const;
 
   const Raycaster* raycaster_;
   Illumination light_;

@@ -36,8 +36,8 @@ double height_at(const Maker& maker, const Eigen::Vector2d& p) {
   const double d = nearest.distance_m;
   const Setting setting = section_at(maker.world.sections, nearest.along_m).setting;
   // Under roads and verges the grid lies low: what it cannot follow must not show.
-  const double below_m = setting == Setting::kTown ? 0.5 : 4.0;
-  const double reach_m = setting == Setting::kTown ? 30.0 : 48.0;
+  const double below_m = setting == Setting::kTown ? 1.4 : 4.0;
+  const double reach_m = setting == Setting::kTown ? 56.0 : 48.0;
   const auto seed = static_cast<std::uint32_t>(maker.world.spec.seed);
   const double rise = smooth(d, reach_m, 480.0) * 55.0 + smooth(d, 250.0, 900.0) * 60.0;
   const double hill = hills(seed, p.x(), p.y());

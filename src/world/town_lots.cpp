@@ -8,6 +8,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
 
 namespace topoloc::world {
 namespace {
@@ -177,6 +180,27 @@ void build_side_street(Maker& maker, const SideStreet& street) {
   build_row(maker, end, key(street.seed, {3U}));
 }
 
+/// From where to where a section's side is not taken up by side streets. A little is added, for
+/// side streets are straight where the road bends.
+std::vector<std::pair<double, double>> between_side_streets(const Maker& maker,
+                                                            const Section& section, bool right) {
+  constexpr double kStep_m = 0.5;
+  constexpr double kOverlap_m = 0.3;
+  std::vector<std::pair<double, double>> stretches;
+  double before = -std::numeric_limits<double>::infinity();
+  for (const double s : steps(maker.begin_m(section), maker.end_m(section) + 1e-9, kStep_m)) {
+    if (!maker.open(s, right, -kOverlap_m)) {
+      continue;
+    }
+    if (s - before > 1.5 * kStep_m) {
+      stretches.emplace_back(s, s);
+    }
+    stretches.back().second = std::min(s + kStep_m, maker.end_m(section));
+    before = s;
+  }
+  return stretches;
+}
+
 // Earth, lawn or paving behind the footways.
 void make_yards(Maker& maker, const Section& section) {
   constexpr double kReach_m = 14.0;
@@ -185,27 +209,28 @@ void make_yards(Maker& maker, const Section& section) {
   MeshBuilder builder = maker.unique();
   for (const bool right : {true, false}) {
     const double sign = right ? -1.0 : 1.0;
-    for (const double s : steps(maker.begin_m(section), maker.end_m(section), kPiece_m)) {
-      const District district = district_at(maker, s, right);
-      const std::uint32_t surface =
-          builder.surface(district.closed ? Material::kGround : Material::kGrass,
-                          static_cast<std::uint32_t>(random.next()), {0.0F, 0.2F});
-      ribbon(
-          builder, maker.route(), stations(s, std::min(s + kPiece_m, maker.end_m(section)), 2.0),
-          [&](double at) -> std::vector<Across> {
-            const Profile profile = maker.profile(at);
-            const double back = profile.edge(right) + profile.footway_m + 0.01;
-            // Towards the inside of a bend the ground must not fold.
-            const double inside = sign * maker.world.route.curvature_1pm(at);
-            const double reach =
-                inside > 0.0 ? std::clamp(0.85 / inside - back, 0.3, kReach_m) : kReach_m;
-            const double up = profile.kerb_m - 0.01;
-            return {{sign * back, up},
-                    {sign * (back + 0.3 * reach), up + 0.03},
-                    {sign * (back + reach), up - 0.02},
-                    {sign * (back + reach + 0.1), up - 1.5}};
-          },
-          surface);
+    const auto across = [&](double at) -> std::vector<Across> {
+      const Profile profile = maker.profile(at);
+      const double back = profile.edge(right) + profile.footway_m + 0.01;
+      // Towards the inside of a bend the ground must not fold.
+      const double inside = sign * maker.world.route.curvature_1pm(at);
+      const double reach =
+          inside > 0.0 ? std::clamp(0.85 / inside - back, 0.3, kReach_m) : kReach_m;
+      const double up = profile.kerb_m - 0.01;
+      return {{sign * back, up},
+              {sign * (back + 0.3 * reach), up + 0.03},
+              {sign * (back + reach), up - 0.02},
+              {sign * (back + reach + 0.1), up - 1.5}};
+    };
+    for (const auto& [begin_m, end_m] : between_side_streets(maker, section, right)) {
+      for (const double s : steps(begin_m, end_m, kPiece_m)) {
+        const District district = district_at(maker, s, right);
+        const std::uint32_t surface =
+            builder.surface(district.closed ? Material::kGround : Material::kGrass,
+                            static_cast<std::uint32_t>(random.next()), {0.0F, 0.2F});
+        ribbon(builder, maker.route(), stations(s, std::min(s + kPiece_m, end_m), 2.0), across,
+               surface);
+      }
     }
   }
 }

@@ -168,5 +168,19 @@ TEST(WorldSeenFromTheLane, HasNothingButTreesAboveATownsLane) {
   }
 }
 
+TEST(WorldSeenFromAbove, HasParkedCarsOnTheRoad) {
+  for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
+    const world::World world = world::make_world({world::Scenario::kTown, seed, 250.0});
+    const Raycaster raycaster(world, {});
+    for (const world::ParkingPlace& place : world.parking) {
+      const Eigen::Vector3d up = place.T_world_place.R.col(2);
+      const auto hit = raycaster.cast({place.T_world_place.p + 1.0 * up, -up});
+      ASSERT_TRUE(hit);
+      EXPECT_NEAR(hit->distance_m, 1.0, 0.05)
+          << "seed " << seed << " at " << place.T_world_place.p.transpose();
+    }
+  }
+}
+
 }  // namespace
 }  // namespace topoloc::rendering
