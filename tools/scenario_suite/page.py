@@ -75,14 +75,6 @@ def items(lines: Iterable[str]) -> Html:
     return Html("<ul>" + "".join(element("li", line) for line in lines) + "</ul>")
 
 
-def mark(good: bool, near: bool = False) -> Html:
-    """Pass or miss, told by more than colour."""
-    if not good:
-        return element("span", "\u2717 missed", "bad")
-    return element("span", "\u2713 met, goal missed" if near else "\u2713 met",
-                   "near" if near else "good")  # fmt: skip
-
-
 class Table:
     """Rows of cells; columns in `texts` are left-aligned."""
 
