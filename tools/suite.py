@@ -173,6 +173,7 @@ def as_json(results: Results, verdicts: list[Verdict], hard: list[Hardness]) -> 
         "hard_enough": [
             {
                 "scenario": h.target.scenario,
+                "target_row": h.target.row,
                 "row": h.row.name,
                 "figure": h.target.figure,
                 "times": finite_times(h.times),
