@@ -166,6 +166,7 @@ def test_an_interrupt_ends_the_program_writes_the_report_and_is_gone_on_from(
     process.send_signal(signal.SIGTERM)
     assert process.wait(timeout=60) == 130
     assert "steps have not been run yet" in report(programs)
+    assert "not measured" in report(programs) and "failed" not in report(programs)
     programs.write("topoloc-localise", LOCALISE)
     first_checksum.cache_clear()
     programs.calls()
