@@ -333,9 +333,18 @@ def test_a_baseline_that_refused_its_frames_is_no_evidence_of_a_hard_world(
     assert run(programs, "--scenarios", "town", "--only", "day,day_weak", "--check") == 1
     entry = hard_entry(figures(programs), "day_weak")
     assert not entry["hard"] and entry["times"] == pytest.approx(4.0 / 0.15)
-    told = "does not count: too few of its frames used (0 %)"
+    told = "does not count: too few of its frames used near the map (0 %)"
     assert told in report(programs) and told in capsys.readouterr().out
     assert "too easy" not in report(programs)
+
+
+def test_a_baseline_that_its_matches_threw_out_of_the_map_is_evidence(
+    programs: FakePrograms,
+) -> None:
+    programs.used(town_1_day_weak=1)
+    programs.astray(town_1_day_weak=9)
+    assert run(programs, "--scenarios", "town", "--only", "day,day_weak", "--check") == 0
+    assert hard_entry(figures(programs), "day_weak")["hard"]
 
 
 def test_dead_reckoning_over_the_targets_own_drive_is_shown_and_not_judged(

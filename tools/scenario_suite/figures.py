@@ -79,6 +79,8 @@ def run_figures(folder: Path, run: Run) -> Figures | None:
     summary = read_json(Path(f"{stem}.json"))
     if summary is not None and summary["frames"]:
         figures["used_share"] = summary["map_updates_accepted"] / summary["frames"]
+        near = summary["frames"] - summary["verdicts"].get("no_node_near", 0)
+        figures["used_near_share"] = summary["map_updates_accepted"] / near if near else 0.0
         figures["frame_ms"] = summary["median_frame_ms"]
     return figures
 
@@ -312,7 +314,7 @@ class Evidence(StrEnum):
 
     HARD = "fails here, as it should"
     EASY = "the world is too easy"
-    UNUSED = "does not count: too few of its frames used"
+    UNUSED = "does not count: too few of its frames used near the map"
     FAILED = "failed"
     NOT_MEASURED = "not measured"
 
@@ -334,7 +336,7 @@ class Hardness:
     row: Row
     evidence: Evidence
     times: float | None  # as of times_target()
-    used: float | None  # share of the frames
+    used: float | None  # share of the frames near the map
     own_drive_times: float | None  # of the same over the target's own drive, which is not judged
 
     @property
@@ -345,7 +347,7 @@ class Hardness:
 def evidence_of(row: RowFigures, times: float | None) -> Evidence:
     if times is None:
         return Evidence.FAILED if row.failed else Evidence.NOT_MEASURED
-    if row.row.map is not None and (row.median("used_share") or 0.0) < HARD_MIN_USED:
+    if row.row.map is not None and (row.median("used_near_share") or 0.0) < HARD_MIN_USED:
         return Evidence.UNUSED
     return Evidence.HARD if times >= HARD_TIMES else Evidence.EASY
 
@@ -363,6 +365,6 @@ def hardness(results: Results, targets: Iterable[Target], rows: Iterable[str]) -
             times = times_target(row, target)
             own = OWN_DRIVE.get(name, "").format(query=target.row)
             beside = times_target(results.row(target.scenario, own), target)
-            used = row.median("used_share")
+            used = row.median("used_near_share")
             out.append(Hardness(target, row.row, evidence_of(row, times), times, used, beside))
     return out

@@ -277,8 +277,8 @@ def suite_report(
             element("h2", "Is the world hard enough?"),
             paragraph(
                 f"What is known to be weak has to miss each target by {HARD_TIMES:g} times. A row "
-                f"with a map counts only if it used at least {100.0 * HARD_MIN_USED:g} % of its "
-                "frames."
+                f"with a map counts only if it used {100.0 * HARD_MIN_USED:g} % of the frames near "
+                "the map's nodes: of a row that refuses them the error is that of its start."
             ),
             hardness_table(hard),
         ]

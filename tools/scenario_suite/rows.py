@@ -182,8 +182,9 @@ HARD_ROWS = ("{query}_weak", "reckoning_long")
 # The same over the target's own drive: shown beside, and not judged.
 OWN_DRIVE = {"reckoning_long": "{query}_reckoning"}
 # A row with a map says something only if it used its frames: the error of one that refuses them all
-# is that of its start. Low, for wrong matches may soon have thrown it out of the map.
-HARD_MIN_USED = 0.05
+# is that of its start. Of the frames near a node: wrong matches may soon have thrown it out of the
+# map, and the longer the drive, the smaller is their share then.
+HARD_MIN_USED = 0.5
 
 # One short drive of each scenario, whose figures are the same on every run: some 2.5 times what was
 # measured (docs/suite.md). Over so short a way a start that one fix has put right is nearly as good
