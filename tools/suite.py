@@ -18,12 +18,20 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from scenario_suite.figures import Hardness, Results, Verdict, hardness, judge, load_results
+from scenario_suite.figures import (
+    Evidence,
+    Hardness,
+    Results,
+    State,
+    Verdict,
+    hardness,
+    judge,
+    load_results,
+)
 from scenario_suite.plan import Choice, Plan, make_plan, reduced
-from scenario_suite.report import code_version, suite_report
+from scenario_suite.report import code_version, suite_report, summary
 from scenario_suite.rows import (
     HARD_ROWS,
-    HARD_TIMES,
     REDUCED_HARD_ROWS,
     REDUCED_HARD_TARGETS,
     REDUCED_TARGETS,
@@ -36,6 +44,7 @@ from scenario_suite.steps import (
     program_finder,
     stop_like_interrupt,
 )
+from scenario_suite.tables import evidence_text
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = """examples:
@@ -44,8 +53,9 @@ EXAMPLES = """examples:
   topoloc-evaluate suite --list
   topoloc-evaluate suite --reduced --check                 # what continuous integration runs
 
-Exit code: 0 report written, 1 a step failed or, with --check, a target is missed or the world too
-easy, 2 wrong usage, 130 interrupted (the report has what there is)."""
+Exit code: 0 report written, 1 a step failed or, with --check, a target of these rows is missed or
+not measured, a run lost or the world too easy, 2 wrong usage, 130 interrupted (the report has what
+there is)."""
 
 
 def word_list(text: str) -> tuple[str, ...]:
@@ -84,8 +94,9 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     )
     parser.add_argument("--reduced", action="store_true", help="a few rows of short drives")
     parser.add_argument(
-        "--check", action="store_true", help="exit 1 for a missed target or a world too easy"
-    )
+        "--check", action="store_true",
+        help="exit 1 for a missed target, a lost run or a world too easy",
+    )  # fmt: skip
     parser.add_argument("--list", action="store_true", help="show rows and steps, do nothing")
     parser.add_argument("--report-only", action="store_true", help="of what there is already")
     parser.add_argument("--json", type=Path, help="also write all figures here")
@@ -122,6 +133,11 @@ def show_plan(plan: Plan, runner: Runner) -> None:
     print(f"{len(left)} of {len(plan.steps)} steps to do, some {minutes:.0f} min on two idle cores")
 
 
+def finite_times(times: float | None) -> float | str | None:
+    """JSON has no infinity."""
+    return "no poses" if times == float("inf") else times
+
+
 def as_json(results: Results, verdicts: list[Verdict], hard: list[Hardness]) -> dict[str, Any]:
     return {
         "source_tree": code_version(),
@@ -148,6 +164,7 @@ def as_json(results: Results, verdicts: list[Verdict], hard: list[Hardness]) -> 
                 "limit": v.target.limit,
                 "at_least": v.target.at_least,
                 "goal": v.target.goal,
+                "state": v.state,
                 "met": v.met,
                 "why": v.reasons,
             }
@@ -156,14 +173,17 @@ def as_json(results: Results, verdicts: list[Verdict], hard: list[Hardness]) -> 
         "hard_enough": [
             {
                 "scenario": h.target.scenario,
+                "target_row": h.target.row,
                 "row": h.row.name,
                 "figure": h.target.figure,
-                # JSON has no infinity.
-                "times": "no poses" if h.times == float("inf") else h.times,
-                "hard": h.hard(HARD_TIMES),
+                "times": finite_times(h.times),
+                "own_drive_times": finite_times(h.own_drive_times),
+                "state": h.evidence,
+                "hard": h.hard,
             }
             for h in hard
         ],
+        "lost": results.lost,
         "failed": [name for name, o in results.book.outcomes.items() if o.failed],
     }
 
@@ -175,7 +195,7 @@ def print_summary(results: Results, verdicts: list[Verdict], hard: list[Hardness
         lon, lat = row.median("longitudinal_m"), row.median("lateral_m")
         title = f"{row.scenario}: {row.row.group}: {row.row.label}"
         if apet is None or aper is None or lon is None or lat is None:
-            print(f"{title}: not measured")
+            print(f"{title}: {row.missing}")
             continue
         lost = f", LOST on {row.lost} of {len(row.by_seed)}" if row.lost else ""
         print(
@@ -184,13 +204,18 @@ def print_summary(results: Results, verdicts: list[Verdict], hard: list[Hardness
         )
     print()
     for v in verdicts:
-        value = "not measured" if v.value is None else f"{v.value:.4g}"
-        print(f"{'met   ' if v.met else 'MISSED'} {v.title}: {value}, {v.target.bound}"
-              f"{'' if v.met else ': ' + '; '.join(v.reasons)}")  # fmt: skip
+        value = "" if v.value is None else f"{v.value:.4g}, "
+        word = v.state.upper() if v.state in (State.MISSED, State.FAILED) else v.state
+        why = "" if v.met or not v.reasons else ": " + "; ".join(v.reasons)
+        print(f"{word:6} {v.target.title}: {value}{v.target.bound}{why}")
     for h in hard:
-        if not h.hard(HARD_TIMES):
-            times = "not measured" if h.times is None else f"{h.times:.1f} times {h.target.limit:g}"
-            print(f"too easy: {h.target.scenario} {h.target.figure}, {h.row.label}: {times}")
+        if not h.hard:
+            times = "" if h.times is None else f", {h.times:.1f} times {h.target.limit:g}"
+            word = "too easy" if h.evidence is Evidence.EASY else evidence_text(h)
+            print(f"hard enough? {h.target.title}, {h.row.label}: {word}{times}")
+    print(f"\n{summary(results, verdicts, hard)}")
+    if results.plan.choice.short_of_form:
+        print(results.plan.choice.short_of_form)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -253,10 +278,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if args.json:
         args.json.write_text(json.dumps(as_json(results, verdicts, hard), indent=1) + "\n")
     print(f"\nreport: {report}")
-    easy = any(not h.hard(HARD_TIMES) for h in hard)
-    if code == 0 and args.check and (easy or not all(v.met for v in verdicts)):
-        return 1
-    return code
+    good = (
+        all(v.state in (State.MET, State.OUTSIDE) for v in verdicts)
+        and all(h.hard for h in hard)
+        and not results.lost
+    )
+    return 1 if code == 0 and args.check and not good else code
 
 
 if __name__ == "__main__":

@@ -71,6 +71,7 @@ out.with_suffix(".states.csv").write_text(
     "time_ns,mode\\n" + "".join(f"{i}000000000,{mode}\\n" for i in range(5)))
 Path(option("--json")).write_text(json.dumps({
     "frames": 10, "map_updates_accepted": told("used", option("--json"), 9),
+    "verdicts": {"no_node_near": told("astray", option("--json"), 0)},
     "median_frame_ms": 50.0,
     "median_stage_ms": {"extract": 30.0, "match": 20.0}}))
 """
@@ -150,6 +151,10 @@ class FakePrograms:
     def used(self, **by_word: float) -> None:
         """That many of their 10 frames give a fix."""
         self._tell("used", by_word)
+
+    def astray(self, **by_word: float) -> None:
+        """At that many of their 10 frames they are not near the map."""
+        self._tell("astray", by_word)
 
     def lost(self, words: str) -> None:
         """A JSON list: estimates whose name contains one of them are lost."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 import hashlib
 import subprocess
 from functools import cache
+from modulefinder import ModuleFinder
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -34,6 +35,19 @@ def libraries(program: Path) -> tuple[Path, ...]:
     return tuple(path for path in found if any(path.is_relative_to(tree) for tree in OWN))
 
 
+@cache
+def imports(script: Path) -> tuple[Path, ...]:
+    """Modules beside a Python script that it imports, and theirs; the environment's are not looked
+    at."""
+    finder = ModuleFinder([str(script.parent)])
+    try:
+        finder.run_script(str(script))
+    except (OSError, SyntaxError):  # running it will say so
+        return ()
+    files = (vars(module)["__file__"] for module in finder.modules.values())
+    return tuple(sorted({Path(file) for file in files if file} - {script}))
+
+
 def parts(program: Path) -> tuple[Path, ...]:
-    """What makes its results: itself and its libraries."""
-    return (program, *libraries(program))
+    """What makes its results: itself, and its libraries or modules."""
+    return (program, *(imports(program) if program.suffix == ".py" else libraries(program)))

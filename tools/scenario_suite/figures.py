@@ -9,12 +9,13 @@ import json
 import math
 import statistics
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
 from scenario_suite.plan import SETTLED_AFTER_S, Plan, Run
-from scenario_suite.rows import NAMES, Row, Target
+from scenario_suite.rows import HARD_MIN_USED, HARD_TIMES, NAMES, OWN_DRIVE, Row, Target
 from scenario_suite.steps import Book, Resolve, program_checksums
 
 # A localiser that is farther off does not know where it is, whatever it says; as far off as the
@@ -78,6 +79,8 @@ def run_figures(folder: Path, run: Run) -> Figures | None:
     summary = read_json(Path(f"{stem}.json"))
     if summary is not None and summary["frames"]:
         figures["used_share"] = summary["map_updates_accepted"] / summary["frames"]
+        near = summary["frames"] - summary["verdicts"].get("no_node_near", 0)
+        figures["used_near_share"] = summary["map_updates_accepted"] / near if near else 0.0
         figures["frame_ms"] = summary["median_frame_ms"]
     return figures
 
@@ -127,6 +130,21 @@ class RowFigures:
     scenario: str
     row: Row
     by_seed: dict[int, Figures | None]
+    failed: set[int] = field(default_factory=set)  # seeds of which a step failed
+
+    @property
+    def missing(self) -> str:
+        """Which of the seeds have no figures: their steps failed, or were not run."""
+        count = {
+            "failed": len(self.failed),
+            "not measured": sum(f is None for f in self.by_seed.values()) - len(self.failed),
+        }
+        seeds = len(self.by_seed)
+        return ", ".join(
+            what if n == seeds else f"{n} of {seeds} seeds {what}"
+            for what, n in count.items()
+            if n > 0
+        )
 
     @property
     def measured(self) -> list[Figures]:
@@ -158,6 +176,16 @@ class Results:
     def row(self, scenario: str, name: str) -> RowFigures | None:
         return next((r for r in self.rows if (r.scenario, r.row.name) == (scenario, name)), None)
 
+    @property
+    def lost(self) -> list[str]:
+        """Runs that were lost, but for those of rows that are meant to be weak."""
+        return [
+            f"{row.scenario} {row.row.name}, seed {seed}"
+            for row in self.rows
+            for seed, figures in row.by_seed.items()
+            if not row.row.held_against and figures is not None and figures["lost"] > 0.0
+        ]
+
     def maps_of(self, scenario: str, kind: str) -> list[MapFigures]:
         names = [f"map_{scenario}_{seed}_{kind}" for seed in self.plan.choice.seeds]
         return [self.maps[name] for name in names if name in self.maps]
@@ -174,8 +202,11 @@ def load_results(plan: Plan, folder: Path, book: Book, resolve: Resolve) -> Resu
     for run in plan.runs:
         done = valid(book, f"evaluate_{run.name}")
         figures = run_figures(folder, run) if done else None
+        chain = plan.chain(f"evaluate_{run.name}")
         entry = rows.setdefault((run.scenario, run.row.name), RowFigures(run.scenario, run.row, {}))
         entry.by_seed[run.seed] = figures
+        if any(step.name in book.outcomes and book.outcomes[step.name].failed for step in chain):
+            entry.failed.add(run.seed)
     names = {run.map_name for run in plan.runs if run.map_name is not None}
     maps: dict[str, MapFigures] = {}
     for name in sorted(names):
@@ -186,19 +217,39 @@ def load_results(plan: Plan, folder: Path, book: Book, resolve: Resolve) -> Resu
     return Results(plan, folder, book, list(rows.values()), maps, programs)
 
 
+class State(StrEnum):
+    """What became of a target."""
+
+    MET = "met"
+    MISSED = "missed"
+    FAILED = "failed"  # a step was
+    NOT_MEASURED = "not measured"  # a step was not run yet
+    OUTSIDE = "not part of this run"
+
+
+def state_of(row: RowFigures | None, target: Target) -> State:
+    if row is None:
+        return State.OUTSIDE
+    value = row.median(target.figure)
+    if row.lost or (value is not None and not target.within(value, target.limit)):
+        return State.MISSED
+    if value is not None:
+        return State.MET
+    return State.FAILED if row.failed else State.NOT_MEASURED
+
+
 @dataclass(frozen=True)
 class Verdict:
     """A target and what became of it."""
 
     target: Target
-    value: float | None  # None: not measured
-    lost: int
-    reasons: list[str]  # of a miss
+    state: State
+    value: float | None = None
+    reasons: list[str] = field(default_factory=list)  # of a miss
 
     @property
     def met(self) -> bool:
-        target, value = self.target, self.value
-        return value is not None and target.within(value, target.limit) and self.lost == 0
+        return self.state is State.MET
 
     @property
     def goal_met(self) -> bool:
@@ -207,19 +258,16 @@ class Verdict:
             return False
         return target.within(value, target.goal)
 
-    @property
-    def title(self) -> str:
-        return f"{self.target.scenario} {self.target.row}: {NAMES[self.target.figure]}"
-
 
 def judge(results: Results, targets: Iterable[Target]) -> list[Verdict]:
-    """The targets whose rows are part of the plan."""
+    """All of the form's targets, be their rows part of the plan or not."""
     verdicts = []
     for target in targets:
         row = results.row(target.scenario, target.row)
         if row is None:
+            verdicts.append(Verdict(target, State.OUTSIDE))
             continue
-        verdict = Verdict(target, row.median(target.figure), row.lost, [])
+        verdict = Verdict(target, state_of(row, target), row.median(target.figure))
         if not verdict.met or (target.goal is not None and not verdict.goal_met):
             verdict.reasons.extend(why(results, row, target))
         verdicts.append(verdict)
@@ -229,11 +277,10 @@ def judge(results: Results, targets: Iterable[Target]) -> list[Verdict]:
 def why(results: Results, row: RowFigures, target: Target) -> list[str]:
     """What the rows beside say about an error that is too large."""
     value = row.median(target.figure)
+    reasons = [f"lost on {row.lost} of {len(row.by_seed)} seeds"] if row.lost else []
     if value is None:
-        return ["not measured for every seed: see the steps that failed"]
-    reasons = []
-    if row.lost:
-        reasons.append(f"lost on {row.lost} of {len(row.by_seed)} seeds")
+        missing = [row.missing] if len(row.by_seed) > 1 and row.missing else []
+        return [*reasons, *missing, *(["see the steps that failed"] if row.failed else [])]
     missed = target.goal is None or not target.within(value, target.limit)
     limit = target.limit if missed else target.goal or 0.0
     true_map = results.row(row.scenario, f"{row.row.name}_truth")
@@ -262,28 +309,62 @@ def why(results: Results, row: RowFigures, target: Target) -> list[str]:
     return reasons
 
 
+class Evidence(StrEnum):
+    """What a row that is meant to fail says of the world."""
+
+    HARD = "fails here, as it should"
+    EASY = "the world is too easy"
+    UNUSED = "does not count: too few of its frames used near the map"
+    FAILED = "failed"
+    NOT_MEASURED = "not measured"
+
+
+def times_target(row: RowFigures | None, target: Target) -> float | None:
+    """Value over bound, inf: hardly a pose; None: not measured."""
+    value = None if row is None else row.median(target.figure)
+    if row is None or value is None:
+        return None
+    coverage = row.median("coverage")
+    return math.inf if coverage is not None and coverage < HARDLY_A_POSE else value / target.limit
+
+
 @dataclass(frozen=True)
 class Hardness:
     """How far a row that is meant to fail is from a target."""
 
     target: Target
     row: Row
-    times: float | None  # value over bound, inf: hardly a pose; None: not measured
+    evidence: Evidence
+    times: float | None  # as of times_target()
+    used: float | None  # share of the frames near the map
+    own_drive_times: float | None  # of the same over the target's own drive, which is not judged
 
-    def hard(self, times: float) -> bool:
-        return self.times is not None and self.times >= times
+    @property
+    def hard(self) -> bool:
+        return self.evidence is Evidence.HARD
+
+
+def evidence_of(row: RowFigures, times: float | None) -> Evidence:
+    if times is None:
+        return Evidence.FAILED if row.failed else Evidence.NOT_MEASURED
+    if row.row.map is not None and (row.median("used_near_share") or 0.0) < HARD_MIN_USED:
+        return Evidence.UNUSED
+    return Evidence.HARD if times >= HARD_TIMES else Evidence.EASY
 
 
 def hardness(results: Results, targets: Iterable[Target], rows: Iterable[str]) -> list[Hardness]:
+    """Of the targets whose own rows are part of the plan."""
     out = []
     for target in targets:
-        for name in rows if not target.at_least else ():
+        if target.at_least or results.row(target.scenario, target.row) is None:
+            continue
+        for name in rows:
             row = results.row(target.scenario, name.format(query=target.row))
             if row is None:
                 continue
-            value, coverage = row.median(target.figure), row.median("coverage")
-            times = None if value is None else value / target.limit
-            if coverage is not None and coverage < HARDLY_A_POSE:
-                times = math.inf
-            out.append(Hardness(target, row.row, times))
+            times = times_target(row, target)
+            own = OWN_DRIVE.get(name, "").format(query=target.row)
+            beside = times_target(results.row(target.scenario, own), target)
+            used = row.median("used_near_share")
+            out.append(Hardness(target, row.row, evidence_of(row, times), times, used, beside))
     return out

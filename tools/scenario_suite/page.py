@@ -32,6 +32,7 @@ table { border-collapse: collapse; font-size: .83rem; margin: .6rem 0; width: 10
 th, td { padding: .28rem .45rem; text-align: right; border-bottom: 1px solid var(--line);
   white-space: nowrap; font-variant-numeric: tabular-nums; }
 th { background: var(--head); font-weight: 600; vertical-align: bottom; }
+th, td span { white-space: normal; }
 td:first-child, th:first-child { text-align: left; white-space: normal; min-width: 13.5rem; }
 td.text, th.text { text-align: left; white-space: normal; min-width: 13rem; }
 tr.group td { font-weight: 600; padding-top: .8rem; border-bottom: none; }
@@ -73,14 +74,6 @@ def link(anchor: str, content: str) -> Html:
 
 def items(lines: Iterable[str]) -> Html:
     return Html("<ul>" + "".join(element("li", line) for line in lines) + "</ul>")
-
-
-def mark(good: bool, near: bool = False) -> Html:
-    """Pass or miss, told by more than colour."""
-    if not good:
-        return element("span", "\u2717 missed", "bad")
-    return element("span", "\u2713 met, goal missed" if near else "\u2713 met",
-                   "near" if near else "good")  # fmt: skip
 
 
 class Table:

@@ -29,6 +29,9 @@ SEED_OFFSET = {"map": 0, "day": 100, "dusk": 200, "night": 300, "overcast": 400,
 # Of the drive for dead reckoning, which needs neither camera nor cloud.
 LONG_KM = 5
 LONG_S = 20.0
+# What the targets of the full form are for.
+FORM_SEEDS = 2
+FORM_M = 500.0
 
 
 @dataclass(frozen=True)
@@ -36,14 +39,25 @@ class Choice:
     """What the user chose."""
 
     scenarios: tuple[str, ...] = ("town", "highway", "tunnel")
-    seeds: tuple[int, ...] = (1, 2)
-    metres: float = 500.0
+    seeds: tuple[int, ...] = tuple(range(1, FORM_SEEDS + 1))
+    metres: float = FORM_M
     only: str = ""
     reduced: bool = False
     models: Path = Path()  # folder of the model files
     camera_hz: float = 5.0
     node_spacing_m: float = 5.0
     overlays: bool = False
+
+    @property
+    def short_of_form(self) -> str:
+        """What to say where it is less than the targets are for; the reduced form has its own."""
+        if self.reduced or (len(self.seeds) >= FORM_SEEDS and self.metres >= FORM_M):
+            return ""
+        seeds = f"{len(self.seeds)} seed{'' if len(self.seeds) == 1 else 's'}"
+        return (
+            f"This is {seeds} x {self.metres:g} m: the targets are for medians of "
+            f"{FORM_SEEDS} seeds x {FORM_M:g} m"
+        )
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 INK = "#010203"
 COLOURS = ("#3a86d4", "#e08a1e", "#2f9e6e", "#d1495b", "#9467bd", "#8c7a5b", "#17a2b8", "#888888")
 MOST_POINTS = 700
+BESIDE_M = 10.0  # of the truth, as seen from above
 
 
 @dataclass(frozen=True)
@@ -139,6 +140,10 @@ def trajectories(title: str, curves: list[Curve], nodes: Array | None) -> str:
         )  # fmt: skip
     if nodes is not None and len(nodes):
         ax.plot(nodes[:, 0], nodes[:, 1], ".", color=INK, markersize=2.0, label="map nodes")
+    # What gets lost may be far away, and would make a dot of all others. `auto`, for the aspect
+    # widens them.
+    ax.set_xlim(x.min() - BESIDE_M, x.max() + BESIDE_M, auto=True)
+    ax.set_ylim(y.min() - BESIDE_M, y.max() + BESIDE_M, auto=True)
     ax.set_aspect("equal", adjustable="datalim")
     ax.set_xlabel("x [m]")
     ax.set_ylabel("y [m]")

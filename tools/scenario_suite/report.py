@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from scenario_suite import plots
-from scenario_suite.figures import Hardness, Results, Verdict, valid
+from scenario_suite.figures import Hardness, Results, State, Verdict, valid
 from scenario_suite.page import (
     Html,
     drawing,
@@ -28,7 +28,7 @@ from scenario_suite.page import (
 )
 from scenario_suite.plan import Run
 from scenario_suite.plots import Curve
-from scenario_suite.rows import HARD_TIMES
+from scenario_suite.rows import HARD_MIN_USED, HARD_TIMES
 from scenario_suite.steps import Outcome, Step
 from scenario_suite.tables import (
     anchor,
@@ -228,22 +228,34 @@ def head(results: Results, command: str) -> list[Html]:
     ]
 
 
+def summary(results: Results, verdicts: list[Verdict], hard: list[Hardness]) -> str:
+    """In one line, of all of the form's targets."""
+    count = {state: sum(v.state is state for v in verdicts) for state in State}
+    others = [f"{count[s]} {s}" for s in State if s is not State.MET and count[s]]
+    parts = [", ".join([f"{count[State.MET]} of {len(verdicts)} targets met", *others])]
+    goals = [v for v in verdicts if v.target.goal is not None]
+    if goals:
+        parts.append(f"{sum(v.goal_met for v in goals)} of {len(goals)} goals")
+    if hard:
+        parts.append(f"{sum(h.hard for h in hard)} of {len(hard)} comparisons fail as they should")
+    runs = sum(len(row.measured) for row in results.rows if not row.row.held_against)
+    lost = results.lost
+    parts.append(
+        f"of {runs} runs {len(lost) or 'none'} lost{': ' if lost else ''}{', '.join(lost)}"
+    )
+    return "; ".join(parts)
+
+
 def suite_report(
     results: Results, verdicts: list[Verdict], hard: list[Hardness], command: str
 ) -> str:
     choice = results.plan.choice
     failed = failures(results)
     left = not_run(results)
-    met = sum(v.met for v in verdicts)
     parts: list[str] = [element("h1", "topoloc scenario suite"), *head(results, command)]
-    summary = f"{met} of {len(verdicts)} targets met"
-    goals = [v for v in verdicts if v.target.goal is not None]
-    if goals:
-        summary += f", {sum(v.goal_met for v in goals)} of {len(goals)} goals"
-    if hard:
-        too_easy = sum(not h.hard(HARD_TIMES) for h in hard)
-        summary += f"; {len(hard) - too_easy} of {len(hard)} comparisons fail as they should"
-    parts.append(paragraph(element("strong", summary + ".")))
+    if choice.short_of_form:
+        parts.append(paragraph(f"{choice.short_of_form}.", "near"))
+    parts.append(paragraph(element("strong", f"{summary(results, verdicts, hard)}.")))
     if failed:
         parts.append(paragraph(link("failed", f"{len(failed)} steps failed"), "bad"))
     if left:
@@ -263,7 +275,11 @@ def suite_report(
     if hard:
         parts += [
             element("h2", "Is the world hard enough?"),
-            paragraph(f"What is known to be weak has to miss each target by {HARD_TIMES:g} times."),
+            paragraph(
+                f"What is known to be weak has to miss each target by {HARD_TIMES:g} times. A row "
+                f"with a map counts only if it used {100.0 * HARD_MIN_USED:g} % of the frames near "
+                "the map's nodes: of a row that refuses them the error is that of its start."
+            ),
             hardness_table(hard),
         ]
     parts += [element("h2", "How to read the tables"), items(READING)]

@@ -4,9 +4,9 @@
 
 A results folder holds, beside the steps' products, `steps/NAME.json` for each step that came to its
 end: the key that it was done for, how long it took, and whether it failed. The key covers the
-command, the checksums of the program, of its libraries and of the files that it reads outside the
-folder, and the keys of the steps before. A run that was interrupted goes on where it stopped: what
-was not finished has no such file.
+command, the checksums of the program, of its libraries or modules and of the files that it reads
+outside the folder, and the keys of the steps before. A run that was interrupted goes on where it
+stopped: what was not finished has no such file.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ def keys_of(steps: Iterable[Step], resolve: Resolve) -> dict[str, str]:
         words = [str(word) for word in step.command]
         reads = [*parts(Path(resolve(words[0]))), *step.reads]
         if any(isinstance(word, StartPose) for word in step.command):
-            reads.append(START_CODE)
+            reads += parts(START_CODE)
         programs = [first_checksum(path) for path in reads]
         before = [keys[name] for name in step.after]
         text = json.dumps([words, programs, before, list(step.products), step.stdout])

@@ -6,9 +6,17 @@ from __future__ import annotations
 
 import math
 
-from scenario_suite.figures import Hardness, MapFigures, Results, RowFigures, Verdict
-from scenario_suite.page import Html, Table, element, link, mark
-from scenario_suite.rows import HARD_TIMES, MAPS, NAMES, WEAK
+from scenario_suite.figures import (
+    Evidence,
+    Hardness,
+    MapFigures,
+    Results,
+    RowFigures,
+    State,
+    Verdict,
+)
+from scenario_suite.page import Html, Table, element, link
+from scenario_suite.rows import MAPS, WEAK
 
 NONE = "\u2013"
 # An error so many times the median of its run is that of a stretch by itself. Not so many times the
@@ -43,48 +51,70 @@ def target_table(verdicts: list[Verdict], results: Results) -> Html:
             for f in row.by_seed.values()
         ]  # fmt: skip
         table.add(
-            verdict.title,
+            target.title,
             unit_number(target.figure, verdict.value),
             ", ".join(seeds),
             target.bound,
             NONE if target.goal is None else f"{target.goal:g}",
-            mark(verdict.met, target.goal is not None and not verdict.goal_met),
+            target_mark(verdict),
             "; ".join(verdict.reasons),
         )
     return table.html()
 
 
+def target_mark(verdict: Verdict) -> Html:
+    """Told by more than colour."""
+    if verdict.state is State.MET:
+        near = verdict.target.goal is not None and not verdict.goal_met
+        return element("span", "\u2713 met, goal missed" if near else "\u2713 met",
+                       "near" if near else "good")  # fmt: skip
+    if verdict.state in (State.MISSED, State.FAILED):
+        return element("span", f"\u2717 {verdict.state}", "bad")
+    return element("span", verdict.state, "near" if verdict.state is State.NOT_MEASURED else "soft")
+
+
+def times_text(times: float | None) -> str:
+    return "hardly a pose" if times == math.inf else number(times, 1)
+
+
 def hardness_table(entries: list[Hardness]) -> Html:
-    table = Table(["target", "at most", "row", "times the target", ""], texts=[2, 4])
+    """Dead reckoning over the target's own drive is shown where there is some."""
+    beside = any(entry.own_drive_times is not None for entry in entries)
+    header = ["target", "at most", "row", "times the target"]
+    header += ["over the target's own drive (not judged)"] if beside else []
+    table = Table([*header, ""], texts=[2, len(header)])
     for entry in entries:
-        target = entry.target
-        times = "hardly a pose" if entry.times == math.inf else number(entry.times, 1)
-        table.add(
-            f"{target.scenario} {target.row}: {NAMES[target.figure]}",
-            f"{target.limit:g}",
+        cells = [
+            entry.target.title,
+            f"{entry.target.limit:g}",
             entry.row.label,
-            times,
-            hard_mark(entry),
-        )
+            times_text(entry.times),
+        ]
+        cells += [times_text(entry.own_drive_times)] if beside else []
+        table.add(*cells, hard_mark(entry))
     return table.html()
 
 
 def hard_mark(entry: Hardness) -> Html:
-    if entry.times is None:
-        return element("span", "not measured", "bad")
-    if entry.hard(HARD_TIMES):
-        return element("span", "\u2713 fails here, as it should", "good")
-    return element("span", "\u2717 the world is too easy", "bad")
+    if entry.evidence is Evidence.HARD:
+        return element("span", f"\u2713 {entry.evidence}", "good")
+    if entry.evidence is Evidence.NOT_MEASURED:
+        return element("span", entry.evidence, "near")
+    return element("span", f"\u2717 {evidence_text(entry)}", "bad")
+
+
+def evidence_text(entry: Hardness) -> str:
+    if entry.evidence is not Evidence.UNUSED:
+        return entry.evidence
+    return f"{entry.evidence} ({100.0 * (entry.used or 0.0):.0f} %)"
 
 
 def state(row: RowFigures) -> str:
     """In how many of the seeds it was lost; what has not been measured."""
-    missing = len(row.by_seed) - len(row.measured)
-    if missing:
-        return element("span", f"{missing} of {len(row.by_seed)} failed", "bad")
-    if row.lost:
-        return element("span", f"{row.lost} of {len(row.by_seed)}", "bad")
-    return "none"
+    if row.failed or row.lost:
+        lost = [f"{row.lost} of {len(row.by_seed)}"] if row.lost else []
+        return element("span", ", ".join([*lost, row.missing] if row.missing else lost), "bad")
+    return element("span", row.missing, "near") if row.missing else "none"
 
 
 def size(maps: list[MapFigures]) -> str:
