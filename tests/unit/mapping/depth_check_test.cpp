@@ -30,8 +30,12 @@ TEST(DepthWitness, ConfirmsTheDepthByWhichAPointMoves) {
 }
 
 TEST(DepthWitness, ContradictsTheTraceOfAVehicleBeforeTheWall) {
-  EXPECT_EQ(said(kAside_px, 41.0, 8.0, 4.0), DepthWitness::kContradicts);
+  EXPECT_EQ(said({230.0, 160.0}, 41.0, 8.0, 4.0), DepthWitness::kContradicts);
   EXPECT_EQ(said(kAside_px, 41.0, 8.0, -4.0), DepthWitness::kContradicts);
+}
+
+TEST(DepthWitness, TellsNothingOfWhatTheSecondImageCannotShow) {
+  EXPECT_EQ(said(kAside_px, 41.0, 8.0, 4.0), DepthWitness::kNone);
 }
 
 TEST(DepthWitness, ContradictsTheWallBehindAVehicleThatTheCloudDoesNotHave) {
