@@ -125,7 +125,7 @@ def test_same_seed_gives_same_bytes_on_one_processor(mapping: Path, tmp_path: Pa
     # Else the comparison would be of one thread with one.
     short = (SIMULATE, "--scenario", "town", "--length-km", "0.05", "--no-images",
              "--out", tmp_path / "short")  # fmt: skip
-    assert most_threads(*short) == len(cpus)
+    assert (most_threads(*short) > 1) == (len(cpus) > 1)
     for file in mapping.iterdir():
         assert (tmp_path / "again" / file.name).read_bytes() == file.read_bytes(), file.name
 
@@ -167,6 +167,12 @@ def test_existing_folders_are_replaced_only_by_force(another_day: Path, tmp_path
         (["--from-world", "WORLD", "--scenario", "highway"], "'town', not 'highway'"),
         (["--from-world", "WORLD", "--length-km", "2"], "0.08"),
         (["--from-world", "WORLD", "--ply"], "cloud"),
+        (["--scenario", "town", "--seed", "-1"], "whole number"),
+        (["--scenario", "town", "--seed", "18446744073709551616"], "18446744073709551615"),
+        (["--scenario", "town", "--seed", "0x10"], "whole number"),
+        (["--scenario", "town", "--length-km", "nan"], "--length-km"),
+        (["--scenario", "town", "--readout-ms", "nan"], "--readout-ms"),
+        (["--scenario", "town", "--readout-ms", "100", "--camera-hz", "60"], "--readout-ms"),
     ],
 )
 def test_wrong_usage(options: list[str], says: str, mapping: Path, tmp_path: Path) -> None:
@@ -175,6 +181,29 @@ def test_wrong_usage(options: list[str], says: str, mapping: Path, tmp_path: Pat
     assert result.returncode == 2
     assert says in result.stdout + result.stderr
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("out", "json_file"),
+    [("drive", "nowhere/drive.json"), ("drive", "."), ("/proc/drive", "drive.json")],
+)
+def test_what_cannot_be_written_is_told_before_the_work(
+    out: str, json_file: str, tmp_path: Path
+) -> None:
+    result = run(SIMULATE, "--scenario", "town", "--length-km", "0.05",
+                 "--out", tmp_path / out, "--json", tmp_path / json_file)  # fmt: skip
+    assert result.returncode == 1
+    unwritable = Path(out) if Path(out).is_absolute() else tmp_path / json_file
+    assert f"topoloc-simulate: {unwritable}: " in result.stderr
+    assert "world:" not in result.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_summary_may_lie_in_the_drive_folder(tmp_path: Path) -> None:
+    drive = tmp_path / "drive"
+    done(SIMULATE, "--scenario", "town", "--seed", "010", "--length-km", "0.05", "--no-images",
+         "--no-cloud", "--out", drive, "--json", drive / "summary.json")  # fmt: skip
+    assert json.loads((drive / "summary.json").read_text())["seed"] == 10
 
 
 def test_worlds_that_are_none(tmp_path: Path) -> None:
