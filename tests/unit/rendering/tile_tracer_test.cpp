@@ -37,7 +37,7 @@ class TiledTown : public ::testing::Test {
   TiledTown() {
     number_triangles(world_);
     shading_.begin_frame(std::nullopt);
-    calibration_.pinhole = {480, 300, 337.5, 337.5, 239.5, 149.5};
+    calibration_.pinhole = {320, 200, 225.0, 225.0, 159.5, 99.5};
     calibration_.distortion = Distortion::kRadTan;
     calibration_.coefficients = {-0.3, 0.09, 1e-3, -5e-4, -0.01};
     const double along_m = 12.0;
