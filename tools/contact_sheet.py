@@ -29,7 +29,7 @@ from scenario_suite.plan import SEED_OFFSET
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = """examples:
   .venv/bin/python tools/contact_sheet.py --seed 7 --out docs/simulation/contact_sheet.jpg"""
-CAMERA_HZ = 1.0
+CAMERA_HZ = 5.0  # so that exposure control keeps up
 STANDING_S = 3.0  # at the begin of a drive
 
 
@@ -73,7 +73,7 @@ STRIPS = (
 def simulated(strip: Strip, work: Path, bins: Path, seed: int) -> Path:
     drive = strip.drive(work, seed)
     simulator = bins / "topoloc-simulate"
-    if outdated(drive / "vehicle.yaml", [simulator]):
+    if outdated(drive / "vehicle.yaml", [simulator, Path(__file__)]):
         rate = ("--camera-hz", f"{CAMERA_HZ:g}")
         run(simulator, *strip.options(work, seed), *rate, "--out", drive, "--force")
     return drive

@@ -335,7 +335,7 @@ void add_build_command(CLI::App& app) {
       ->add_option("--trajectory-std-deg", options->trajectory_std_deg,
                    "The same of its rotation [0.05; 1 with refinement]")
       ->check(CLI::Range(0.0, 90.0));
-  command->add_option("--threads", options->config.threads, "Workers; 0: one per core")
+  command->add_option("--threads", options->config.threads, "Workers; 0: one per usable CPU")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
   command

@@ -8,6 +8,7 @@
 #include "common/run_app.hpp"
 #include "common/stop_request.hpp"
 #include "common/text_file.hpp"
+#include "option_checks.hpp"
 #include "summary.hpp"
 
 #include <cmath>
@@ -61,10 +62,11 @@ void add_options(CLI::App& app, Options& options) {
       ->check(CLI::IsMember({"town", "highway", "tunnel", "mixed"}));
   app.add_option("--seed", options.seed,
                  "Of the world and the drive; with --from-world of the drive only")
+      ->transform(whole_number())
       ->capture_default_str();
   app.add_option("--out", options.out, "Drive folder to make")->required();
   app.add_option("--length-km", options.length_km, "Of the road")
-      ->check(CLI::Range(0.05, 50.0))
+      ->check(number_within(0.05, 50.0))
       ->capture_default_str();
   app.add_option("--light", options.light)
       ->check(CLI::IsMember({"day", "overcast", "dusk", "night"}))
@@ -73,7 +75,7 @@ void add_options(CLI::App& app, Options& options) {
                  "Drive folder whose world is driven in once more, on another day");
   app.add_flag("--force", options.force, "Replace an existing drive folder");
   app.add_option("--camera-hz", options.camera_hz, "Images a second")
-      ->check(CLI::Range(0.1, 60.0))
+      ->check(number_within(0.1, 60.0))
       ->capture_default_str();
   app.add_option("--image-width", options.image_width_px,
                  "Of the camera's images in px; the height is 5/8 of it")
@@ -82,7 +84,7 @@ void add_options(CLI::App& app, Options& options) {
   auto* ply = app.add_flag("--ply", options.ply, "The cloud as cloud.ply, too");
   app.add_option("--readout-ms", options.readout_ms,
                  "Rolling shutter: from the first row to the last; 0: global")
-      ->check(CLI::Range(0.0, 100.0))
+      ->check(number_within(0.0, 100.0))
       ->capture_default_str();
   app.add_flag("--no-images", options.no_images, "No camera.lcm: done in seconds");
   app.add_flag("--no-cloud", options.no_cloud, "No cloud.laz of a mapping drive")->excludes(ply);
@@ -117,6 +119,13 @@ topoloc::world::WorldSpec world_of(const CLI::App& app, const Options& options) 
           .length_m = options.length_km * 1000.0};
 }
 
+bool in_folder(const fs::path& file, const fs::path& folder) {
+  const auto parent = [](const fs::path& path) {
+    return fs::absolute(path).lexically_normal().parent_path();
+  };
+  return parent(file) == parent(folder / "any");
+}
+
 int simulate(const CLI::App& app, const Options& options) {
   simulation::DriveRequest request;
   request.world = world_of(app, options);
@@ -131,12 +140,22 @@ int simulate(const CLI::App& app, const Options& options) {
   request.camera_hz = options.camera_hz;
   request.image_width_px = options.image_width_px;
   request.readout_s = 1e-3 * options.readout_ms;
+  if (request.camera_hz * request.readout_s > 1.0) {
+    throw CLI::ValidationError("--readout-ms", "is longer than the time between images");
+  }
   if (options.ply && !request.mapping) {
     throw CLI::ValidationError("--ply", "only a mapping drive, without --from-world, has a cloud");
   }
   if (!request.mapping && fs::exists(options.out) &&
       fs::equivalent(options.out, options.from_world)) {
     throw CLI::ValidationError("--out", "is the folder of --from-world");
+  }
+
+  // What would stop it after all the work stops it before; a drive's own folder is yet to be made.
+  const bool to_file = !options.json.empty() && options.json != "-";
+  const bool in_drive = to_file && in_folder(options.json, options.out);
+  if (to_file && !in_drive) {
+    topoloc::apps::require_writable(options.json);
   }
 
   topoloc::apps::stop_on_signals();
@@ -155,13 +174,13 @@ int simulate(const CLI::App& app, const Options& options) {
   simulation::DriveSummary summary;
   simulation::create_folder(options.out, options.force, [&](const fs::path& folder) {
     summary = simulation::simulate_drive(request, folder, progress);
+    if (to_file) {
+      const fs::path file = options.json;
+      topoloc::apps::write_text(in_drive ? folder / file.filename() : file,
+                                to_json(request, summary));
+    }
   });
-  if (!options.json.empty()) {
-    topoloc::apps::write_text(options.json, to_json(request, summary));
-  }
-  if (options.json != "-") {
-    std::cout << to_text(summary);
-  }
+  std::cout << (options.json == "-" ? to_json(request, summary) : to_text(summary));
   return topoloc::apps::kDone;
 }
 

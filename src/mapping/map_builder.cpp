@@ -7,6 +7,7 @@
 #include "topoloc/map/map_writer.hpp"
 #include "topoloc/mapping/cloud_cover.hpp"
 #include "topoloc/mapping/map_report.hpp"
+#include "topoloc/realtime/usable_cpus.hpp"
 
 #include "mapping/build_journal.hpp"
 #include "mapping/build_settings.hpp"
@@ -160,10 +161,8 @@ void make_nodes(const NodeContext& context, const std::vector<PlannedNode>& pend
       failure = failure ? failure : std::current_exception();
     }
   };
-  const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
-  const std::size_t workers = std::min(
-      context.config.threads > 0 ? static_cast<std::size_t>(context.config.threads) : cores,
-      pending.size());
+  const int wanted = context.config.threads > 0 ? context.config.threads : realtime::usable_cpus();
+  const std::size_t workers = std::min(static_cast<std::size_t>(wanted), pending.size());
   {
     std::vector<std::jthread> pool;
     for (std::size_t i = 0; i < workers; ++i) {

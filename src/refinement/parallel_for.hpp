@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #pragma once
 
+#include "topoloc/realtime/usable_cpus.hpp"
+
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
@@ -12,8 +14,8 @@
 
 namespace topoloc::refinement {
 
-/// Calls work(i) for i in [0, count) on `threads` threads (0: one per core); rethrows the first
-/// exception.
+/// Calls work(i) for i in [0, count) on `threads` threads (0: one per usable CPU); rethrows the
+/// first exception.
 template <typename Work>
 void parallel_for(std::size_t count, int threads, const Work& work) {
   std::atomic<std::size_t> next = 0;
@@ -30,11 +32,10 @@ void parallel_for(std::size_t count, int threads, const Work& work) {
       next = count;
     }
   };
-  const std::size_t wanted =
-      threads > 0 ? static_cast<std::size_t>(threads) : std::thread::hardware_concurrency();
+  const auto wanted = static_cast<std::size_t>(threads > 0 ? threads : realtime::usable_cpus());
   {
     std::vector<std::jthread> pool;
-    for (std::size_t i = 1; i < std::min(std::max<std::size_t>(1, wanted), count); ++i) {
+    for (std::size_t i = 1; i < std::min(wanted, count); ++i) {
       pool.emplace_back(run);
     }
     run();

@@ -44,6 +44,9 @@ void check(const CameraSpec& spec) {
       !positive(spec.full_well_electrons) || !positive(spec.electrons_per_s)) {
     throw std::invalid_argument("camera: limits of exposure, gain or electrons make no sense");
   }
+  if (!positive(spec.rate_hz)) {
+    throw std::invalid_argument("camera: no rate of images");
+  }
   if (spec.rate_hz * spec.readout_s > 1.0) {
     throw std::invalid_argument("camera: reads out more slowly than it takes images");
   }

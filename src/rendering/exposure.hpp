@@ -6,8 +6,8 @@
 
 namespace topoloc::rendering {
 
-/// Chooses exposure time and gain from frame to frame, some frames late as real ones are: at the
-/// end of a tunnel images are white or black for a while.
+/// Chooses exposure time and gain from frame to frame, some tenths of a second late as real ones
+/// are: at the end of a tunnel images are white or black for a while.
 class ExposureControl {
  public:
   explicit ExposureControl(const CameraSpec& spec);
@@ -34,6 +34,7 @@ class ExposureControl {
   double longest_s_;
   double max_s_;
   double target_;
+  double part_;     ///< of the way to the target from one image to the next
   double total_s_;  ///< exposure time x gain
 };
 

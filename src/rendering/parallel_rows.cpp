@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "rendering/parallel_rows.hpp"
 
+#include "topoloc/realtime/usable_cpus.hpp"
+
 #include <algorithm>
 #include <atomic>
 #include <exception>
@@ -12,8 +14,7 @@
 namespace topoloc::rendering {
 
 void parallel_rows(int count, int threads, const std::function<void(int)>& row) {
-  const auto machine = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  const int used = std::min(threads > 0 ? threads : machine, std::max(count, 1));
+  const int used = std::min(threads > 0 ? threads : realtime::usable_cpus(), std::max(count, 1));
   std::atomic<int> next = 0;
   std::exception_ptr failure;
   std::mutex failure_mutex;

@@ -18,7 +18,7 @@ class Workshop {
   explicit Workshop(const fs::path& out) {
     std::string pattern = out.string() + ".partial-XXXXXX";
     if (::mkdtemp(pattern.data()) == nullptr) {
-      throw std::system_error(errno, std::generic_category(), pattern);
+      throw std::system_error(errno, std::generic_category(), out.string() + ": cannot be made");
     }
     path_ = pattern;
   }

@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import json
 import os
+import re
+import subprocess
+import time
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +48,20 @@ def another_day(mapping: Path) -> Path:
     drive = mapping.parent / "dusk"
     summary("--from-world", mapping, "--seed", SEED, "--light", "dusk", "--out", drive, *SMALL)
     return drive
+
+
+def most_threads(*command: str | Path) -> int:
+    """Of the program while it runs, which has to succeed."""
+    most = 0
+    with subprocess.Popen([str(c) for c in command], stdout=subprocess.DEVNULL,
+                          stderr=subprocess.DEVNULL) as process:  # fmt: skip
+        while process.poll() is None:
+            status = Path(f"/proc/{process.pid}/status").read_text()
+            # A process that has ended and is not waited for yet has none.
+            most = max([most, *map(int, re.findall(r"^Threads:\s*(\d+)", status, re.MULTILINE))])
+            time.sleep(0.005)
+    assert process.returncode == 0
+    return most
 
 
 def positions(tum: Path) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -101,9 +118,14 @@ def test_dead_reckoning_accepts_the_folder(another_day: Path, tmp_path: Path) ->
 
 
 def test_same_seed_gives_same_bytes_on_one_processor(mapping: Path, tmp_path: Path) -> None:
-    first_cpu = str(min(os.sched_getaffinity(0)))
-    done("taskset", "-c", first_cpu, SIMULATE, "--scenario", "town", "--seed", SEED,
-         "--length-km", "0.08", "--ply", "--out", tmp_path / "again", *SMALL)  # fmt: skip
+    cpus = os.sched_getaffinity(0)
+    again = (SIMULATE, "--scenario", "town", "--seed", SEED, "--length-km", "0.08", "--ply",
+             "--out", tmp_path / "again", *SMALL)  # fmt: skip
+    assert most_threads("taskset", "-c", str(min(cpus)), *again) == 1
+    # Else the comparison would be of one thread with one.
+    short = (SIMULATE, "--scenario", "town", "--length-km", "0.05", "--no-images",
+             "--out", tmp_path / "short")  # fmt: skip
+    assert (most_threads(*short) > 1) == (len(cpus) > 1)
     for file in mapping.iterdir():
         assert (tmp_path / "again" / file.name).read_bytes() == file.read_bytes(), file.name
 
@@ -145,6 +167,12 @@ def test_existing_folders_are_replaced_only_by_force(another_day: Path, tmp_path
         (["--from-world", "WORLD", "--scenario", "highway"], "'town', not 'highway'"),
         (["--from-world", "WORLD", "--length-km", "2"], "0.08"),
         (["--from-world", "WORLD", "--ply"], "cloud"),
+        (["--scenario", "town", "--seed", "-1"], "whole number"),
+        (["--scenario", "town", "--seed", "18446744073709551616"], "18446744073709551615"),
+        (["--scenario", "town", "--seed", "0x10"], "whole number"),
+        (["--scenario", "town", "--length-km", "nan"], "--length-km"),
+        (["--scenario", "town", "--readout-ms", "nan"], "--readout-ms"),
+        (["--scenario", "town", "--readout-ms", "100", "--camera-hz", "60"], "--readout-ms"),
     ],
 )
 def test_wrong_usage(options: list[str], says: str, mapping: Path, tmp_path: Path) -> None:
@@ -153,6 +181,29 @@ def test_wrong_usage(options: list[str], says: str, mapping: Path, tmp_path: Pat
     assert result.returncode == 2
     assert says in result.stdout + result.stderr
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("out", "json_file"),
+    [("drive", "nowhere/drive.json"), ("drive", "."), ("/proc/drive", "drive.json")],
+)
+def test_what_cannot_be_written_is_told_before_the_work(
+    out: str, json_file: str, tmp_path: Path
+) -> None:
+    result = run(SIMULATE, "--scenario", "town", "--length-km", "0.05",
+                 "--out", tmp_path / out, "--json", tmp_path / json_file)  # fmt: skip
+    assert result.returncode == 1
+    unwritable = Path(out) if Path(out).is_absolute() else tmp_path / json_file
+    assert f"topoloc-simulate: {unwritable}: " in result.stderr
+    assert "world:" not in result.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_summary_may_lie_in_the_drive_folder(tmp_path: Path) -> None:
+    drive = tmp_path / "drive"
+    done(SIMULATE, "--scenario", "town", "--seed", "010", "--length-km", "0.05", "--no-images",
+         "--no-cloud", "--out", drive, "--json", drive / "summary.json")  # fmt: skip
+    assert json.loads((drive / "summary.json").read_text())["seed"] == 10
 
 
 def test_worlds_that_are_none(tmp_path: Path) -> None:

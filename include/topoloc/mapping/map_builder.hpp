@@ -42,7 +42,7 @@ struct BuildConfig {
   double min_coverage = 0.005;  ///< share of pixels that must show the cloud
   int min_features = 50;
   int min_lifted = 40;  ///< fewer 3D points do not carry a pose
-  int threads = 0;      ///< workers; 0: one per core. Does not change the map
+  int threads = 0;      ///< workers; 0: one per usable CPU. Does not change the map
   /// Memory for reading, sorting and using the cloud; what does not fit goes to a nameless scratch
   /// file in the map's folder (CloudStorage). Does not change the map.
   std::uint64_t cloud_memory_bytes = std::uint64_t{1024} << 20U;

@@ -94,7 +94,7 @@ struct RefinementConfig {
   mapping::RenderConfig render;
   mapping::LiftConfig lift;
   std::vector<std::filesystem::path> matcher_files;  ///< behind the matcher of image pairs
-  int threads = 0;  ///< 0: one per core. Does not change the result
+  int threads = 0;  ///< 0: one per usable CPU. Does not change the result
 };
 
 /// What is known of the drive's poses beforehand: one of the two.

@@ -29,7 +29,7 @@ struct SearchConfig {
   std::uint64_t seed = 1;  ///< of the samples
   /// What a pose one deviation away from the start costs, in parts of the views' agreement.
   double prior_weight = 0.3;
-  int threads = 1;  ///< 0: one per core. Does not change the result
+  int threads = 1;  ///< 0: one per usable CPU. Does not change the result
 };
 
 /// Finds the rigid motion of a window of views under which camera images and cloud agree best:

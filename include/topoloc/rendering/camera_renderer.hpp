@@ -46,7 +46,7 @@ using CameraMotion = std::function<RigidTransform(double since_mid_exposure_s)>;
 class CameraRenderer {
  public:
   /// `raycaster` has to outlive it. The vehicle's own head lamps are lit at dusk, at night and in
-  /// tunnels. `seed`: of the day, its sun, clouds and noise. `threads`: 0 for all of the machine's;
+  /// tunnels. `seed`: of the day, its sun, clouds and noise. `threads`: 0 for one per usable CPU;
   /// bytes do not depend on how many there are. Throws std::invalid_argument for a spec that no
   /// camera has.
   CameraRenderer(const Raycaster& raycaster, CameraSpec spec, Light light, std::uint64_t seed,

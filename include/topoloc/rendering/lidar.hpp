@@ -34,7 +34,7 @@ struct LidarPoint {
 
 /// One turn, clockwise seen from above and from behind the scanner (-x) to behind it.
 /// `T_world_lidar` at a time [s] since the turn began; frame: x forward, y left, z up.
-/// Deterministic in `key` whatever the number of threads (0: all of the machine's). Points come by
+/// Deterministic in `key` whatever the number of threads (0: one per usable CPU). Points come by
 /// column, then beam (lowest first); misses and drop-outs (dark, far, specular) are left out.
 /// Throws std::invalid_argument for a spec that no scanner has.
 std::vector<LidarPoint> scan(const Raycaster& raycaster, const LidarSpec& spec,

@@ -425,6 +425,9 @@ TEST(CameraRenderer, RefusesWhatNoCameraHas) {
   spec.min_exposure_s = 0.0001;
   spec.vignetting = 1.5;
   EXPECT_THROW(CameraRenderer(raycaster, spec, Light::kDay, 1), std::invalid_argument);
+  spec.vignetting = 0.35;
+  spec.rate_hz = 0.0;
+  EXPECT_THROW(CameraRenderer(raycaster, spec, Light::kDay, 1), std::invalid_argument);
 }
 
 TEST(Light, HasNames) {

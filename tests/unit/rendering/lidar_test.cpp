@@ -69,32 +69,73 @@ TEST_F(LidarScan, PointsLieOnSurfacesWithinNoise) {
   EXPECT_NEAR(std::sqrt(square_sum / steep), spec_.range_noise_m, 0.15 * spec_.range_noise_m);
 }
 
-TEST_F(LidarScan, PointsLieOnTheDepthImageOfACamera) {
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+/// Of points with a depth image, where it is smooth.
+struct DepthComparison {
+  int compared = 0;
+  double off = 0.0;  ///< share of them that lie off it
+};
+
+DepthComparison compare(const std::vector<LidarPoint>& points, const RigidTransform& T_cam_lidar,
+                        const PinholeCamera& pinhole, const cv::Mat& depth, double range_noise_m) {
+  DepthComparison result;
+  int off = 0;
+  for (const LidarPoint& point : points) {
+    const Eigen::Vector3d q = T_cam_lidar * point.p_lidar_m.cast<double>();
+    if (q.z() < 1.0) {
+      continue;
+    }
+    const Eigen::Vector2d pixel = pinhole.project(q);
+    const int x = static_cast<int>(std::lround(pixel.x()));
+    const int y = static_cast<int>(std::lround(pixel.y()));
+    if (x < 1 || y < 1 || x > pinhole.width_px - 2 || y > pinhole.height_px - 2) {
+      continue;
+    }
+    const auto depth_m = [&](int right, int down) {
+      return static_cast<double>(depth.at<float>(y + down, x + right));
+    };
+    const auto slope_m = [&](int right, int down) {  // to the next pixels, on either side
+      return std::max(std::abs(depth_m(right, down) - depth_m(0, 0)),
+                      std::abs(depth_m(-right, -down) - depth_m(0, 0)));
+    };
+    const double slopes_m = slope_m(1, 0) + slope_m(0, 1);
+    constexpr double kSmooth = 0.01;  // of the depth
+    if (slopes_m > kSmooth * depth_m(0, 0)) {
+      continue;  // an edge, or the road far ahead
+    }
+    ++result.compared;
+    // Points are up to half a pixel beside the pixel's middle.
+    off += std::abs(depth_m(0, 0) - q.z()) > 4.0 * range_noise_m + 0.5 * slopes_m ? 1 : 0;
+  }
+  result.off = static_cast<double>(off) / std::max(result.compared, 1);
+  return result;
+}
+
+TEST_F(LidarScan, PointsLieOnTheDepthImageOfACameraAndOffThatOfATurnedOne) {
+  spec_.beam_divergence_rad = 0.0;  // else slanting echoes have more noise
   const auto points = scan(
       raycaster_, spec_, [](double) { return pose(0.0); }, 2);
   CameraSpec camera;
   camera.calibration.pinhole = {640, 400, 450.0, 450.0, 319.5, 199.5};
   const RigidTransform T_world_cam = test::looking_ahead(pose(0.0).p);
-  const cv::Mat depth = CameraRenderer(raycaster_, camera, Light::kDay, 1).depth(T_world_cam);
-  int seen = 0;
-  int agree = 0;
-  for (const LidarPoint& point : points) {
-    const Eigen::Vector3d q = T_world_cam.inverse() * (pose(0.0) * point.p_lidar_m.cast<double>());
-    if (q.z() < 1.0) {
-      continue;
-    }
-    const Eigen::Vector2d pixel = camera.calibration.pinhole.project(q);
-    if (!camera.calibration.pinhole.contains(pixel)) {
-      continue;
-    }
-    ++seen;
-    const double depth_m = static_cast<double>(depth.at<float>(
-        static_cast<int>(std::lround(pixel.y())), static_cast<int>(std::lround(pixel.x()))));
-    // Half a pixel off on the road is more than noise.
-    agree += std::abs(depth_m - q.z()) < 0.05 + 0.01 * q.z() ? 1 : 0;
+  const RigidTransform T_cam_lidar = T_world_cam.inverse() * pose(0.0);
+  const CameraRenderer renderer(raycaster_, camera, Light::kDay, 1);
+  const auto seen_when_turned = [&](double angle_rad, const Eigen::Vector3d& axis) {
+    RigidTransform T = T_world_cam;
+    T.R *= Eigen::AngleAxisd(angle_rad, axis).toRotationMatrix();
+    return compare(points, T_cam_lidar, camera.calibration.pinhole, renderer.depth(T),
+                   spec_.range_noise_m);
+  };
+  const DepthComparison as_said = seen_when_turned(0.0, Eigen::Vector3d::UnitX());
+  EXPECT_GT(as_said.compared, 1000);
+  EXPECT_LT(as_said.off, 0.004);
+  for (const double angle_rad : {-0.3 * kDegree, 0.3 * kDegree}) {
+    EXPECT_GT(seen_when_turned(angle_rad, Eigen::Vector3d::UnitX()).off, 0.1);
+    EXPECT_GT(seen_when_turned(angle_rad, Eigen::Vector3d::UnitY()).off, 0.1);
+    // About its optical axis the middle of the image stays.
+    EXPECT_GT(seen_when_turned(angle_rad, Eigen::Vector3d::UnitZ()).off, 0.01);
   }
-  ASSERT_GT(seen, 1000);
-  EXPECT_GT(agree, 0.9 * seen);
 }
 
 TEST_F(LidarScan, IntensityIsNearInfraredNotAlbedo) {

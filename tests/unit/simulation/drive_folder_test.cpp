@@ -55,6 +55,16 @@ TEST(DriveFolder, LeavesNothingBehindWhenItFails) {
   EXPECT_TRUE(names_in(temporary / ".").empty());
 }
 
+TEST(DriveFolder, ThatCannotBeMadeIsNamedAsTheUserNamedIt) {
+  try {
+    create_folder("/proc/new", false, [](const fs::path&) { FAIL(); });
+    FAIL() << "no folder can be made in /proc";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), ::testing::StartsWith("/proc/new: "));
+    EXPECT_THAT(error.what(), ::testing::Not(::testing::HasSubstr("partial")));
+  }
+}
+
 TEST(DriveFolder, LeavesAFolderOfTheUsersAloneThatIsCalledPartial) {
   const TemporaryFolder temporary;
   fs::create_directory(temporary / "new.partial");
