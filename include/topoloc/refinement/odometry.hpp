@@ -27,10 +27,9 @@ struct OdometryNoise {
 struct DeadReckoning {
   evaluation::Trajectory filtered;   ///< by the estimator that drives: knows which way is up
   std::vector<double> tilt_std_rad;  ///< of its roll and pitch
-  /// The motion from pose to pose, turned by the gyro alone: what the filter mends of its attitude
-  /// as it goes is no motion. Standing, it learns of the gyro's bias, so of its heading so far, and
-  /// moves to where the way must have led, half a metre after 300 m: there the motion is by its
-  /// velocity. (While it drives, its steps are nearer to the truth than its velocity, which lags.)
+  /// The motion from pose to pose: what the filter mends of its attitude and position as it goes is
+  /// none. It turns by the gyro alone, and moves sideways and up, and wherever it is slow, by the
+  /// filter's velocity.
   evaluation::Trajectory motion;
 };
 
