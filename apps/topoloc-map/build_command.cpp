@@ -261,8 +261,11 @@ void run(Options& options) {
   }
   options.config.cloud_memory_bytes = options.cloud_memory_mb << 20U;
   options.config.creator = std::string("topoloc-map ") + TOPOLOC_VERSION;
-  const BuildProgress progress{
-      .cloud = bar("cloud"), .poses = bar("poses"), .nodes = bar("nodes"), .depths = bar("depths")};
+  BuildProgress progress;
+  progress.cloud = bar("cloud");
+  progress.poses = bar("poses");
+  progress.nodes = bar("nodes");
+  progress.depths = bar("depths");
   const BuildReport report = options.refine == "none"
                                  ? build_map(options.paths, options.config, progress)
                                  : build_refined(options, progress);

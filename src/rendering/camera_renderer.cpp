@@ -151,13 +151,13 @@ double CameraRenderer::Impl::expose(const cv::Mat& radiances, int row, std::uint
                                       world::key(seed, {frame, static_cast<std::uint64_t>(row),
                                                         static_cast<std::uint64_t>(column)}));
     const float level = coded(share);
-    image.at<std::uint8_t>(row, column) = static_cast<std::uint8_t>(255.0F * level + 0.5F);
+    image.at<std::uint8_t>(row, column) = static_cast<std::uint8_t>(std::lround(255.0F * level));
     sum += static_cast<double>(level);
   }
   return sum;
 }
 
-CameraRenderer::CameraRenderer(const Raycaster& raycaster, CameraSpec spec, Light light,
+CameraRenderer::CameraRenderer(const Raycaster& raycaster, const CameraSpec& spec, Light light,
                                std::uint64_t seed, int threads) {
   check(spec);
   impl_ = std::make_unique<Impl>(raycaster, spec, light, seed, threads);

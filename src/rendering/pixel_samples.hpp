@@ -21,8 +21,10 @@ inline std::array<PixelSample, kMostSamples> pixel_samples(int count) {
   const auto turned = [](int i, int base) {  // van der Corput
     double value = 0.0;
     double digit = 1.0 / base;
-    for (; i > 0; i /= base, digit /= base) {
+    while (i > 0) {
       value += (i % base) * digit;
+      i /= base;
+      digit /= base;
     }
     return value;
   };

@@ -37,7 +37,7 @@ class TileTracer {
   void trace_rows(int first_row, int first, int every, cv::Mat& radiances);
 
  private:
-  static constexpr std::size_t kPixels = kSide * kSide;
+  static constexpr std::size_t kPixels = std::size_t{kSide} * kSide;
 
   struct Pixel {
     int row = 0;

@@ -100,7 +100,7 @@ void make_terrain(Maker& maker) {
   const std::uint32_t field = builder.surface(
       Material::kGround, static_cast<std::uint32_t>(maker.draw(0xF1E1)), {1.0F, 0.22F});
   std::vector<double> heights;
-  heights.reserve(static_cast<std::size_t>(columns * rows));
+  heights.reserve(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
   std::vector<std::uint32_t> vertices;
   for (int j = 0; j < rows; ++j) {
     for (int i = 0; i < columns; ++i) {

@@ -49,8 +49,8 @@ class CameraRenderer {
   /// tunnels. `seed`: of the day, its sun, clouds and noise. `threads`: 0 for one per usable CPU;
   /// bytes do not depend on how many there are. Throws std::invalid_argument for a spec that no
   /// camera has.
-  CameraRenderer(const Raycaster& raycaster, CameraSpec spec, Light light, std::uint64_t seed,
-                 int threads = 0);
+  CameraRenderer(const Raycaster& raycaster, const CameraSpec& spec, Light light,
+                 std::uint64_t seed, int threads = 0);
   ~CameraRenderer();
   CameraRenderer(CameraRenderer&&) noexcept;
   CameraRenderer& operator=(CameraRenderer&&) noexcept;
