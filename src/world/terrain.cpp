@@ -73,7 +73,8 @@ void plant_woods(Maker& maker, const std::vector<double>& heights, int columns,
         continue;
       }
       const auto at = [&](int di, int dj) {
-        return heights[static_cast<std::size_t>((j + dj) * columns + i + di)];
+        return heights[static_cast<std::size_t>(j + dj) * static_cast<std::size_t>(columns) +
+                       static_cast<std::size_t>(i + di)];
       };
       const double z =
           std::lerp(std::lerp(at(0, 0), at(1, 0), fx), std::lerp(at(0, 1), at(1, 1), fx), fy);
@@ -112,7 +113,8 @@ void make_terrain(Maker& maker) {
   for (int j = 0; j + 1 < rows; ++j) {
     for (int i = 0; i + 1 < columns; ++i) {
       const auto at = [&](int di, int dj) {
-        return vertices[static_cast<std::size_t>((j + dj) * columns + i + di)];
+        return vertices[static_cast<std::size_t>(j + dj) * static_cast<std::size_t>(columns) +
+                        static_cast<std::size_t>(i + di)];
       };
       // Fields of some 100 m.
       const bool ploughed =
