@@ -7,18 +7,18 @@
 namespace topoloc::refinement {
 namespace {
 
-constexpr std::int64_t kStep_ns = 100'000'000;
-constexpr int kSteps = 20;
+constexpr std::int64_t kPose_ns = 100'000'000;
+constexpr int kPoses = 20;
 
 /// Straight on along x at a speed; half-way the filter moves its position by `shift_m`.
 evaluation::Trajectory driven(double speed_mps, const Eigen::Vector3d& shift_m) {
   evaluation::Trajectory filtered;
   std::vector<Eigen::Vector3d> v_imu_mps;
   std::vector<estimation::ImuSample> imu;
-  for (int i = 0; i <= kSteps; ++i) {
-    const std::int64_t time_ns = kStep_ns * i;
+  for (int i = 0; i <= kPoses; ++i) {
+    const std::int64_t time_ns = kPose_ns * i;
     Eigen::Vector3d p(0.1 * i * speed_mps, 0.0, 0.0);
-    if (2 * i > kSteps) {
+    if (2 * i > kPoses) {
       p += shift_m;
     }
     filtered.push_back({time_ns, {Eigen::Matrix3d::Identity(), p}});
