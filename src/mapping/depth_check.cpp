@@ -21,6 +21,14 @@ std::optional<Eigen::Vector2d> seen_from(const RigidTransform& T_to_from,
 
 }  // namespace
 
+EpipolarMiss epipolar_miss(const Eigen::Vector2d& expected_px, const Eigen::Vector2d& farther_px,
+                           const Eigen::Vector2d& seen_px) {
+  const Eigen::Vector2d direction = (farther_px - expected_px).normalized();
+  const Eigen::Vector2d miss_px = seen_px - expected_px;
+  return {miss_px.dot(direction),
+          std::abs(direction.x() * miss_px.y() - direction.y() * miss_px.x())};
+}
+
 DepthWitness witness(const MovedFeature& moved, const RigidTransform& T_to_from,
                      const PinholeCamera& camera, const DepthCheckConfig& config) {
   const Eigen::Vector3d ray = camera.ray(moved.from_px);
@@ -32,27 +40,24 @@ DepthWitness witness(const MovedFeature& moved, const RigidTransform& T_to_from,
   if (!expected || !deeper || !far || !camera.contains(*expected)) {
     return DepthWitness::kNone;
   }
-  const Eigen::Vector2d away_px = *far - *expected;
+  const double farther_px = (*far - *expected).norm();
   const double uncertain_px =
       config.sigmas * std::hypot(config.pixel_std_px, (*deeper - *expected).norm());
   // A point that hardly moves with its depth tells nothing of it.
-  if (!(away_px.norm() > config.pixel_std_px)) {
+  if (!(farther_px > config.pixel_std_px)) {
     return DepthWitness::kNone;
   }
-  const Eigen::Vector2d epipolar = away_px.normalized();
-  const Eigen::Vector2d off_px = moved.to_px - *expected;
-  const double along_px = off_px.dot(epipolar);
-  const double across_px = std::abs(epipolar.x() * off_px.y() - epipolar.y() * off_px.x());
+  const auto [along_px, across_px] = epipolar_miss(*expected, *far, moved.to_px);
   if (across_px > config.max_across_px) {
     return DepthWitness::kNone;
   }
   const double nearer_px =
       near ? (*near - *expected).norm() : std::numeric_limits<double>::infinity();
-  if (along_px > std::max(uncertain_px, away_px.norm()) ||
+  if (along_px > std::max(uncertain_px, farther_px) ||
       along_px < -std::max(uncertain_px, nearer_px)) {
     return DepthWitness::kContradicts;
   }
-  return std::abs(along_px) < away_px.norm() ? DepthWitness::kConfirms : DepthWitness::kNone;
+  return std::abs(along_px) < farther_px ? DepthWitness::kConfirms : DepthWitness::kNone;
 }
 
 std::vector<std::size_t> contradicted_depths(std::span<const map::Feature> features,

@@ -203,24 +203,30 @@ ContradictedDepths check_depths(const std::vector<PlannedNode>& nodes, const Bui
   return contradicted;
 }
 
+/// Features that have a depth.
+struct Lifted {
+  int count = 0;
+  double depth_std_sum_m = 0.0;
+};
+
 /// Takes the depth from some of a node's features; too few that have one left reject it.
-void unlift(const std::vector<std::size_t>& features, int min_lifted, NodeOutcome& outcome) {
+Lifted unlift(const std::vector<std::size_t>& features, int min_lifted, NodeOutcome& outcome) {
   for (const std::size_t i : features) {
     outcome.draft.features[i].depth_m = 0.0F;
     outcome.draft.features[i].depth_std_m = 0.0F;
   }
-  int lifted = 0;
-  double depth_std_sum_m = 0.0;
+  Lifted left;
   for (const map::Feature& feature : outcome.draft.features) {
-    lifted += feature.depth_m > 0.0F ? 1 : 0;
-    depth_std_sum_m += static_cast<double>(feature.depth_std_m);
+    left.count += feature.depth_m > 0.0F ? 1 : 0;
+    left.depth_std_sum_m += static_cast<double>(feature.depth_std_m);
   }
   outcome.figures["contradicted"] = static_cast<double>(features.size());
-  outcome.figures["lifted"] = lifted;
-  outcome.figures["mean_depth_std_m"] = depth_std_sum_m / std::max(1, lifted);
-  if (lifted < min_lifted) {
+  outcome.figures["lifted"] = left.count;
+  outcome.figures["mean_depth_std_m"] = left.depth_std_sum_m / std::max(1, left.count);
+  if (left.count < min_lifted) {
     outcome.rejected = NodeReject::kTooFewLifted;
   }
+  return left;
 }
 
 /// Puts the journal's nodes into one map, in the order of the drive, and what became of each
@@ -233,8 +239,9 @@ void assemble(const std::filesystem::path& out, const map::MapInfo& info,
   for (const PlannedNode& node : report.selection.nodes) {
     NodeOutcome outcome =
         node.rejected ? NodeOutcome{node.rejected, {}, {}} : journal.load(node.frame);
+    Lifted lifted;
     if (!outcome.rejected) {
-      unlift(contradicted.at(node.frame), min_lifted, outcome);
+      lifted = unlift(contradicted.at(node.frame), min_lifted, outcome);
       report.contradicted += contradicted.at(node.frame).size();
     }
     NodeReport& node_report = map_report.nodes.emplace_back(
@@ -248,12 +255,8 @@ void assemble(const std::filesystem::path& out, const map::MapInfo& info,
     writer.add(outcome.draft);
     ++report.nodes_written;
     report.features += outcome.draft.features.size();
-    for (const map::Feature& feature : outcome.draft.features) {
-      if (feature.depth_m > 0.0F) {
-        ++report.lifted;
-        depth_std_sum_m += static_cast<double>(feature.depth_std_m);
-      }
-    }
+    report.lifted += static_cast<std::uint64_t>(lifted.count);
+    depth_std_sum_m += lifted.depth_std_sum_m;
   }
   if (report.nodes_written == 0) {
     fail(out, "not written: all " + std::to_string(report.selection.nodes.size()) +

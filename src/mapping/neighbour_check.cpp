@@ -62,7 +62,7 @@ std::optional<NeighbourCheck::Verdict> NeighbourCheck::next(std::size_t frame,
                .features = {},
                .witnesses = {std::vector<std::uint8_t>(count), std::vector<std::uint8_t>(count)}};
   current.features = unpacked(current.draft, camera_);
-  if (last_ && see_the_same(*last_, current)) {
+  if (last_) {
     compare(*last_, current);
   }
   std::optional<Verdict> verdict = finish();
@@ -79,21 +79,20 @@ std::optional<NeighbourCheck::Verdict> NeighbourCheck::finish() {
   return verdict;
 }
 
-bool NeighbourCheck::see_the_same(const Node& a, const Node& b) const {
-  const RigidTransform T_ab = a.draft.T_world_cam.inverse() * b.draft.T_world_cam;
-  return T_ab.p.norm() < config_.max_node_distance_m &&
-         so3::log(T_ab.R).norm() < config_.max_node_heading_rad;
-}
-
 void NeighbourCheck::compare(Node& a, Node& b) {
   const RigidTransform T_ab = a.draft.T_world_cam.inverse() * b.draft.T_world_cam;
+  if (T_ab.p.norm() >= config_.max_node_distance_m ||
+      so3::log(T_ab.R).norm() >= config_.max_node_heading_rad) {
+    return;
+  }
+  const RigidTransform T_ba = T_ab.inverse();
   matcher_->match(a.features, b.features, matches_);
   for (const matching::FeatureMatch& match : matches_) {
     const auto in_a = static_cast<std::size_t>(match.query);
     const auto in_b = static_cast<std::size_t>(match.node);
     const map::Feature& feature_a = a.draft.features[in_a];
     const map::Feature& feature_b = b.draft.features[in_b];
-    testify(feature_a, feature_b, T_ab.inverse(), camera_, in_a, a.witnesses);
+    testify(feature_a, feature_b, T_ba, camera_, in_a, a.witnesses);
     testify(feature_b, feature_a, T_ab, camera_, in_b, b.witnesses);
   }
 }

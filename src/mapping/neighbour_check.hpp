@@ -40,7 +40,7 @@ class NeighbourCheck {
     matching::FeatureSet features;
     DepthWitnesses witnesses;
   };
-  [[nodiscard]] bool see_the_same(const Node& a, const Node& b) const;
+  /// Nothing where they are too far apart to be compared.
   void compare(Node& a, Node& b);
 
   matching::MatchingConfig config_;

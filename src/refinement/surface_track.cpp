@@ -2,6 +2,8 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "topoloc/refinement/surface_track.hpp"
 
+#include "topoloc/mapping/depth_check.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -37,13 +39,11 @@ struct Prediction {
 /// It moves along its epipolar line, but as something does that is much farther than its surface.
 bool lies_behind(const Prediction& predicted, const Eigen::Vector2d& seen_px) {
   constexpr double kTelling = 3.0;  // deviations
-  const Eigen::Vector2d way_px = predicted.farther_px - predicted.surface_px;
-  const Eigen::Vector2d direction = way_px.normalized();
-  const Eigen::Vector2d miss_px = seen_px - predicted.surface_px;
-  const double along_px = miss_px.dot(direction);
-  const double across_px = std::abs(direction.x() * miss_px.y() - direction.y() * miss_px.x());
+  const double way_px = (predicted.farther_px - predicted.surface_px).norm();
+  const auto [along_px, across_px] =
+      mapping::epipolar_miss(predicted.surface_px, predicted.farther_px, seen_px);
   return across_px < kTelling * predicted.std_px &&
-         along_px > std::max(kTelling * predicted.std_px, way_px.norm());
+         along_px > std::max(kTelling * predicted.std_px, way_px);
 }
 
 struct Follow {

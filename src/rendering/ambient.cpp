@@ -24,6 +24,7 @@ constexpr double kPlantCoarse = 0.04;   // of the distance: leaves hide what goe
 constexpr double kVehicleCell_m = 1.0;  // above vehicles
 constexpr double kVehicleHeight_m = 3.0;
 constexpr double kBounceReach_m = 60.0;
+constexpr int kRounds = 8;  // of rays to a hemisphere, at most
 // Nodes lie above thin layers (markings on asphalt) and off the edges of their facet (feet of
 // walls).
 constexpr double kLift_m = 0.03;
@@ -253,9 +254,10 @@ float Ambient::on_vehicle(const Hit& hit) {
 /// more.
 float Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vector3d& normal,
                         Gather gather) const {
-  constexpr int kRounds = 8;
   constexpr int kDarkRounds = 2;  // then it is dark
   constexpr int kEnough = 12;
+  // A sphere's rays are the same in each round.
+  const int most_rounds = gather == Gather::kHemisphere ? kRounds : 1;
   const Eigen::Matrix3d R = frame_of(normal);
   float sum = 0.0F;
   int bright = 0;
@@ -268,7 +270,7 @@ float Ambient::gathered(const Eigen::Vector3d& from_m, const Eigen::Vector3d& no
     sum += round.irradiance;
     bright += round.bright;
     ++rounds;
-  } while (rounds < kRounds && bright < kEnough && (bright > 0 || rounds < kDarkRounds));
+  } while (rounds < most_rounds && bright < kEnough && (bright > 0 || rounds < kDarkRounds));
   return sum / static_cast<float>(rounds);
 }
 

@@ -28,6 +28,16 @@ struct DepthCheckConfig {
   double reach_relative = 0.2;  ///< ... with depths that differ by no more than this share
 };
 
+/// How far from where it was expected a point is seen, along its epipolar line (positive: as what
+/// is farther away) and across.
+struct EpipolarMiss {
+  double along_px;
+  double across_px;  ///< not negative
+};
+/// `expected_px`: in the second image, by its depth; `farther_px`: with a larger one.
+EpipolarMiss epipolar_miss(const Eigen::Vector2d& expected_px, const Eigen::Vector2d& farther_px,
+                           const Eigen::Vector2d& seen_px);
+
 /// What the images say of a depth.
 enum class DepthWitness : std::uint8_t { kNone, kConfirms, kContradicts };
 
