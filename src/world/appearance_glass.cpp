@@ -2,6 +2,7 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "world/patterns.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 /// Windows and doors: what is behind glass, and what is around it.
@@ -12,6 +13,11 @@ using namespace noise;
 namespace {
 
 constexpr float kGlassNir = 0.04F;  // a LiDAR's beam goes through or is mirrored away
+
+// What lamps make of things of albedo 1 behind the glass at night: 150 lx in a room, 1000 in a shop.
+// A radiance of 1 is 25,000 cd/m2, and a shop's things throw back 20 to 200.
+constexpr float kRoomLight = 0.0019F;
+constexpr float kShopLight = 0.0127F;
 
 // Share of a spot on the frame of a pane and its bars.
 float frame_share(const Spot& s) {
@@ -95,11 +101,11 @@ float reflection(const Spot& s) {
 // p: width, height, layout of bars, tone of the frame.
 Appearance window(const Spot& s) {
   const float frame = frame_share(s);
-  const float glass = behind(s) + reflection(s);
+  const float room = behind(s);
   const float dirt = 0.12F * octave(s.u, s.v, 0.2F, s.seed + 7U, s.footprint);
   const bool lit = unit(s.seed + 8U) < 0.3F;  // a lamp behind; seen at night
-  return {mix(glass, s.p[3] * (1.0F + dirt), frame), mix(kGlassNir, 0.45F, frame), 0.0F,
-          lit ? 0.004F * (1.0F - frame) : 0.0F, 0.22F * (1.0F - frame)};
+  return {mix(room + reflection(s), s.p[3] * (1.0F + dirt), frame), mix(kGlassNir, 0.45F, frame),
+          0.0F, lit ? kRoomLight * room * (1.0F - frame) : 0.0F, 0.22F * (1.0F - frame)};
 }
 
 // p: width, height.
@@ -123,8 +129,10 @@ Appearance shop_front(const Spot& s) {
     inside = mix(inside, 0.08F + 0.6F * unit(thing + 3U), share);
     inside = mix(inside, 0.3F, band(y, 0.0F, 0.06F, f));
   }
-  inside += reflection(s) + 0.06F * octave(s.u, s.v, 0.06F, s.seed + 2U, s.footprint);
-  // Posters and letters on the pane.
+  inside += 0.06F * octave(s.u, s.v, 0.06F, s.seed + 2U, s.footprint);
+  const float lit = kShopLight * std::max(0.0F, inside);
+  inside += reflection(s);
+  // Posters and letters on the pane: bright by day, dark before the lit shop.
   const float band_v = (s.v - 0.72F * h) / 0.24F;
   const float ink = lettering((s.u - 0.15F) / 0.24F, band_v, s.footprint / 0.24F, key,
                               static_cast<int>((w - 0.3F) / 0.16F));
@@ -137,7 +145,7 @@ Appearance shop_front(const Spot& s) {
                 s.footprint / 0.14F, key + cell(s.v / 0.2F), 5);
   inside = mix(inside, mix(0.7F, 0.12F, print), poster);
   return {mix(0.2F, inside, glass), mix(0.4F, mix(kGlassNir, 0.25F, poster), glass), 0.0F,
-          0.008F * glass, 0.22F * glass};
+          lit * (1.0F - ink) * (1.0F - poster) * glass, 0.22F * glass};
 }
 
 // p: width, height, layout, tone.

@@ -2,38 +2,74 @@
 // SPDX-FileCopyrightText: 2026 The topoloc authors
 #include "world/patterns.hpp"
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 
 namespace topoloc::world::patterns {
 
 using namespace noise;
 
-// Strokes of a letter, chosen by bits: two stems, three bars, two diagonals, a middle stem. Never
-// fewer than three, so that no letter is blank.
+namespace {
+
+enum Stroke : std::uint32_t {
+  kLeft = 1U << 0U,
+  kRight = 1U << 1U,
+  kTop = 1U << 2U,
+  kBottom = 1U << 3U,
+  kMiddle = 1U << 4U,
+  kRising = 1U << 5U,
+  kFalling = 1U << 6U,
+  kStem = 1U << 7U,
+};
+
+// Letters that straight strokes over the whole height and width can write.
+constexpr std::array<std::uint32_t, 16> kLetters = {
+    kLeft | kRight | kTop | kMiddle,            // A
+    kLeft | kRight | kTop | kMiddle | kBottom,  // B
+    kLeft | kTop | kBottom,                     // C
+    kLeft | kTop | kMiddle | kBottom,           // E
+    kLeft | kTop | kMiddle,                     // F
+    kLeft | kRight | kMiddle,                   // H
+    kStem,                                      // I
+    kRight | kBottom,                           // J
+    kLeft | kBottom,                            // L
+    kLeft | kRight | kFalling,                  // N
+    kLeft | kRight | kTop | kBottom,            // O
+    kStem | kTop,                               // T
+    kLeft | kRight | kBottom,                   // U
+    kRising | kFalling,                         // X
+    kTop | kRising | kBottom,                   // Z
+    kTop | kRising,                             // 7
+};
+
+}  // namespace
+
+// x: from left to right, y: upwards, in heights of the letter.
 float letter(float x, float y, float footprint, std::uint32_t seed) {
   constexpr float kWidth = 0.62F;
   constexpr float kStroke = 0.13F;
   if (x < -0.1F || x > kWidth + 0.1F || y < -0.1F || y > 1.1F) {
     return 0.0F;
   }
-  std::uint32_t bits = hash(seed, 3U, 0x1E77U) >> 8U;
-  bits |= 1U << (bits % 5U);
-  bits |= 1U << ((bits >> 8U) % 5U);
-  const float stem = band(y, 0.0F, 1.0F, footprint);
-  const float bar = band(x, 0.0F, kWidth, footprint);
+  const std::uint32_t strokes = kLetters[(hash(seed, 3U, 0x1E77U) >> 8U) % kLetters.size()];
+  const float high = band(y, 0.0F, 1.0F, footprint);
+  const float wide = band(x, 0.0F, kWidth, footprint);
   float ink = 0.0F;
-  const auto add = [&](std::uint32_t bit, float share) {
-    if ((bits >> bit & 1U) != 0U) {
+  const auto add = [&](Stroke stroke, float share) {
+    if ((strokes & stroke) != 0U) {
       ink = std::max(ink, share);
     }
   };
-  add(0, stem * band(x, 0.0F, kStroke, footprint));
-  add(1, stem * band(x, kWidth - kStroke, kWidth, footprint));
-  add(2, bar * band(y, 1.0F - kStroke, 1.0F, footprint));
-  add(3, bar * band(y, 0.0F, kStroke, footprint));
-  add(4, bar * band(y, 0.5F - 0.5F * kStroke, 0.5F + 0.5F * kStroke, footprint));
-  add(5, stem * bar * band(x - kWidth * y, -0.6F * kStroke, 0.6F * kStroke, footprint));
-  add(6, stem * bar * band(x - kWidth * (1.0F - y), -0.6F * kStroke, 0.6F * kStroke, footprint));
+  add(kLeft, high * band(x, 0.0F, kStroke, footprint));
+  add(kRight, high * band(x, kWidth - kStroke, kWidth, footprint));
+  add(kTop, wide * band(y, 1.0F - kStroke, 1.0F, footprint));
+  add(kBottom, wide * band(y, 0.0F, kStroke, footprint));
+  add(kMiddle, wide * band(y - 0.5F, -0.5F * kStroke, 0.5F * kStroke, footprint));
+  add(kRising, high * wide * band(x - kWidth * y, -0.6F * kStroke, 0.6F * kStroke, footprint));
+  add(kFalling,
+      high * wide * band(x - kWidth * (1.0F - y), -0.6F * kStroke, 0.6F * kStroke, footprint));
+  add(kStem, high * band(x - 0.5F * kWidth, -0.5F * kStroke, 0.5F * kStroke, footprint));
   return ink;
 }
 

@@ -158,10 +158,9 @@ void add_shop_front(MeshBuilder& builder, Random& random, double width_m, double
   if (random.chance(0.5)) {  // a sign that sticks out, seen along the street
     const std::uint32_t arm = builder.surface(Material::kSign, random, {0.7F, 0.9F, 2.0F, 1.0F});
     const double x = random.uniform(0.4, width_m - 0.4);
-    for (const double side : {0.0, 0.09}) {
-      builder.quad(Point(x + side, -0.95, height_m - 0.1), Point(0.0, 0.7, 0.0),
-                   Point(0.0, 0.0, 0.9), arm);
-    }
+    const Point up(0.0, 0.0, 0.9);
+    builder.quad(Point(x, -0.25, height_m - 0.1), Point(0.0, -0.7, 0.0), up, arm);
+    builder.quad(Point(x + 0.09, -0.95, height_m - 0.1), Point(0.0, 0.7, 0.0), up, arm);
     builder.box(Point(x, -0.25, height_m + 0.7), Point(x + 0.09, 0.0, height_m + 0.76), frame,
                 true);
   }

@@ -8,6 +8,13 @@
 #include <Eigen/Geometry>
 
 namespace topoloc::world {
+namespace {
+
+bool has_letters(Material material) {
+  return material == Material::kSign || material == Material::kShopFront;
+}
+
+}  // namespace
 
 std::uint32_t MeshBuilder::surface(Material material, std::uint32_t seed,
                                    const std::array<float, 4>& parameters) {
@@ -32,12 +39,16 @@ void MeshBuilder::face(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::u
 
 void MeshBuilder::quad(const Point& origin, const Point& along, const Point& up,
                        std::uint32_t surface, const Uv& uv) {
-  const double u = along.norm();
+  const double length = along.norm();
   const double v = up.norm();
-  const std::uint32_t a = vertex(origin, uv);
-  const std::uint32_t b = vertex(origin + along, uv + Uv(u, 0.0));
-  const std::uint32_t c = vertex(origin + along + up, uv + Uv(u, v));
-  const std::uint32_t d = vertex(origin + up, uv + Uv(0.0, v));
+  // Letters run from left to right in a mirrored frame, too.
+  const bool turned = has_letters((*surfaces_)[surface].material) && frame_.R.determinant() < 0.0;
+  const double u0 = turned ? length : 0.0;
+  const double u1 = length - u0;
+  const std::uint32_t a = vertex(origin, uv + Uv(u0, 0.0));
+  const std::uint32_t b = vertex(origin + along, uv + Uv(u1, 0.0));
+  const std::uint32_t c = vertex(origin + along + up, uv + Uv(u1, v));
+  const std::uint32_t d = vertex(origin + up, uv + Uv(u0, v));
   face(a, b, c, d, surface);
 }
 

@@ -108,9 +108,9 @@ void add_niches(Maker& maker, const Section& section, Random& random) {
     builder.quad(Point(-0.5, -0.105, 2.5), Point(1.0, 0.0, 0.0), Point(0.0, 0.0, 0.15), light);
     // Sign at right angles to the wall, seen from afar.
     const std::uint32_t face = builder.surface(Material::kSign, random, {0.6F, 0.6F, 2.0F, 1.0F});
-    for (const double x : {-1.62, -1.56}) {
-      builder.quad(Point(x, -0.68, 2.7), Point(0.0, 0.6, 0.0), Point(0.0, 0.0, 0.6), face);
-    }
+    const Point up(0.0, 0.0, 0.6);
+    builder.quad(Point(-1.62, -0.08, 2.7), Point(0.0, -0.6, 0.0), up, face);
+    builder.quad(Point(-1.56, -0.68, 2.7), Point(0.0, 0.6, 0.0), up, face);
     builder.box(Point(-1.6, -0.1, 2.95), Point(-1.58, 0.0, 3.0), paint);
   }
   builder.set_frame({});

@@ -10,7 +10,7 @@ namespace topoloc::simulation {
 
 /// Worlds that are made in another way than those of this version are other worlds: raised where
 /// the same description no longer gives the same world.
-inline constexpr int kWorldVersion = 4;
+inline constexpr int kWorldVersion = 5;
 
 /// Writes world.yaml of a drive folder: what its world is made from.
 void write_world_file(const std::filesystem::path& file, const world::WorldSpec& spec);
