@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -124,6 +126,38 @@ TEST(Appearance, HasFineAndCoarseContrast) {
       EXPECT_GT(coarse.deviation, 0.03 * coarse.mean) << name;
     }
   }
+}
+
+// Luminances of rooms and shops by lamp light, as users of luminance cameras report them.
+TEST(Appearance, LitGlassShowsWhatIsBehind) {
+  constexpr double kCandelas_m2 = 1e5 / std::numbers::pi;  // of a radiance of 1
+  const auto look = [](Material material, std::uint32_t seed, float width, float height) {
+    const Surface surface{material, seed, {width, height, 3.0F, 0.3F}};
+    std::vector<double> result;
+    Random random(seed);
+    for (int i = 0; i < 300; ++i) {
+      const Eigen::Vector2f uv(static_cast<float>(random.uniform(0.1, width - 0.1)),
+                               static_cast<float>(random.uniform(0.1, height - 0.1)));
+      result.push_back(kCandelas_m2 *
+                       static_cast<double>(appearance(surface, 0, uv, 0.01F).emission));
+    }
+    std::sort(result.begin(), result.end());
+    return result;
+  };
+  int lit = 0;
+  Random seeds(1);
+  for (int i = 0; i < 100; ++i) {
+    const auto seed = static_cast<std::uint32_t>(seeds.next());
+    const std::vector<double> shop = look(Material::kShopFront, seed, 2.5F, 2.4F);
+    EXPECT_GT(shop[shop.size() / 2], 10.0) << seed;
+    EXPECT_LT(shop.back(), 400.0) << seed;
+    EXPECT_GT(shop[shop.size() * 9 / 10], 1.5 * shop[shop.size() / 10]) << seed;
+    const std::vector<double> room = look(Material::kWindow, seed, 1.2F, 1.5F);
+    lit += room.back() > 0.0 ? 1 : 0;
+    EXPECT_LT(room.back(), 60.0) << seed;
+  }
+  EXPECT_GT(lit, 15);
+  EXPECT_LT(lit, 45);
 }
 
 TEST(Appearance, SeedsTellSurfacesApart) {

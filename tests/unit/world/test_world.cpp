@@ -220,6 +220,49 @@ TEST(World, HasLampsInTownAndTunnel) {
   EXPECT_GT(lit, 50);
 }
 
+/// Which way the letters of a triangle run on.
+Eigen::Vector3d reading_direction(const Mesh& mesh, const Triangle& triangle) {
+  Eigen::Matrix<double, 3, 2> sides;
+  Eigen::Matrix2d uv;
+  const Vertex& from = mesh.vertices[triangle.vertices[0]];
+  for (int i = 0; i < 2; ++i) {
+    const Vertex& to = mesh.vertices[triangle.vertices[static_cast<std::size_t>(i) + 1]];
+    sides.col(i) = (to.position_m - from.position_m).cast<double>();
+    uv.col(i) = (to.uv_m - from.uv_m).cast<double>();
+  }
+  return (sides * uv.inverse()).col(0);
+}
+
+// Houses on one side of a street are built in a mirrored frame.
+TEST(World, LettersOfShopsReadFromLeftToRight) {
+  const World world = make_world({Scenario::kTown, 1, 400.0});
+  const Mesh& mesh = world.meshes.front();
+  const Site site(world.route, 0.0, 0.0);
+  int left = 0;
+  int right = 0;
+  for (const Triangle& triangle : mesh.triangles) {
+    if (world.surfaces[triangle.surface].material != Material::kShopFront) {
+      continue;
+    }
+    const Eigen::Vector3d p = mesh.vertices[triangle.vertices[0]].position_m.cast<double>();
+    const double along_m = site.nearest(p.head<2>()).along_m;
+    if (along_m < 0.0 || along_m > world.route.length_m()) {
+      continue;
+    }
+    const double side = (world.route.T_world_road(along_m).inverse() * p).y();
+    const Eigen::Vector3d forward = world.route.T_world_road(along_m).R.col(0);
+    // Who looks to the left from the road has the way ahead on the right hand.
+    const double ahead = reading_direction(mesh, triangle).dot(forward);
+    if (std::abs(ahead) < 0.7 || std::abs(side) > 20.0) {
+      continue;  // round a corner
+    }
+    EXPECT_EQ(ahead > 0.0, side > 0.0) << "at " << p.transpose();
+    (side > 0.0 ? left : right) += 1;
+  }
+  EXPECT_GT(left, 4);
+  EXPECT_GT(right, 4);
+}
+
 double flux_lm(const Lamp& lamp) {
   constexpr double kCandela = 1e5;  // of Lamp::intensity
   // The rim of the cone is soft: half of the light of its outer part.
