@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint64_t kCounterModulo = 16;
 
-using Values = std::initializer_list<std::pair<const char*, double>>;
+using Values = std::initializer_list<std::pair<std::string, double>>;
 
 class Encoder {
  public:
@@ -41,8 +41,42 @@ class Encoder {
     return frame;
   }
 
+  /// What a receiver reads out of a frame.
+  [[nodiscard]] double value(const can::Frame& frame, const std::string& message,
+                             const std::string& signal) const {
+    return can::decode(dbc_.signal(message + "." + signal).signal->coding, frame.payload()).value();
+  }
+
  private:
   can::Dbc dbc_;
+};
+
+/// The three signals of a triad. What rounding to their steps leaves over goes into the next
+/// sample, as a sensor has it that counts angle and velocity: their sums stay right to one step.
+class TriadFrames {
+ public:
+  TriadFrames(const Encoder& encoder, std::string message, std::string signal)
+      : encoder_(&encoder), message_(std::move(message)), signal_(std::move(signal)) {}
+
+  can::Frame next(const Eigen::Vector3d& sample, double counter, std::int64_t time_ns) {
+    const Eigen::Vector3d wanted = sample + left_over_;
+    const can::Frame frame = encoder_->frame(message_,
+                                             {{signal_ + "_X", wanted.x()},
+                                              {signal_ + "_Y", wanted.y()},
+                                              {signal_ + "_Z", wanted.z()},
+                                              {signal_ + "_COUNTER", counter}},
+                                             time_ns);
+    left_over_ = wanted - Eigen::Vector3d(encoder_->value(frame, message_, signal_ + "_X"),
+                                          encoder_->value(frame, message_, signal_ + "_Y"),
+                                          encoder_->value(frame, message_, signal_ + "_Z"));
+    return frame;
+  }
+
+ private:
+  const Encoder* encoder_;
+  std::string message_;
+  std::string signal_;
+  Eigen::Vector3d left_over_ = Eigen::Vector3d::Zero();
 };
 
 /// Stamps of the frames of one sample: in their order on the bus, to candump's microsecond.
@@ -82,6 +116,8 @@ std::vector<can::Frame> put_on_bus(std::span<const estimation::ImuSample> imu,
                                    std::span<const WheelSample> wheels, std::int64_t begin_ns,
                                    const BusSpec& spec, std::uint64_t key) {
   const Encoder encoder;
+  TriadFrames accel(encoder, "IMU_ACCEL", "ACCEL");
+  TriadFrames rate(encoder, "IMU_RATE", "RATE");
   std::vector<can::Frame> frames;
   frames.reserve(2 * (imu.size() + wheels.size()));
   Stamps imu_stamps(begin_ns, spec, world::key(key, {1}));
@@ -89,16 +125,8 @@ std::vector<can::Frame> put_on_bus(std::span<const estimation::ImuSample> imu,
   for (const estimation::ImuSample& sample : imu) {
     const auto [accel_ns, rate_ns] = imu_stamps.of(sample.time_ns);
     const auto counter = static_cast<double>(number++ % kCounterModulo);
-    const Eigen::Vector3d& a = sample.specific_force_mps2;
-    const Eigen::Vector3d& w = sample.angular_rate_radps;
-    frames.push_back(encoder.frame(
-        "IMU_ACCEL",
-        {{"ACCEL_X", a.x()}, {"ACCEL_Y", a.y()}, {"ACCEL_Z", a.z()}, {"ACCEL_COUNTER", counter}},
-        accel_ns));
-    frames.push_back(encoder.frame(
-        "IMU_RATE",
-        {{"RATE_X", w.x()}, {"RATE_Y", w.y()}, {"RATE_Z", w.z()}, {"RATE_COUNTER", counter}},
-        rate_ns));
+    frames.push_back(accel.next(sample.specific_force_mps2, counter, accel_ns));
+    frames.push_back(rate.next(sample.angular_rate_radps, counter, rate_ns));
   }
   Stamps wheel_stamps(begin_ns, spec, world::key(key, {2}));
   number = 0;

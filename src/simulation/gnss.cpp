@@ -5,16 +5,15 @@
 #include "topoloc/geometry/so3.hpp"
 #include "topoloc/world/random.hpp"
 
+#include "simulation/normal3.hpp"
+
 #include <cmath>
 
 namespace topoloc::simulation {
 namespace {
 
-Eigen::Vector3d normal3(world::Random& random, double horizontal, double vertical) {
-  const double x = random.normal();
-  const double y = random.normal();
-  const double z = random.normal();
-  return {horizontal * x, horizontal * y, vertical * z};
+Eigen::Vector3d level_and_up(world::Random& random, double horizontal, double vertical) {
+  return normal3(random).cwiseProduct(Eigen::Vector3d(horizontal, horizontal, vertical));
 }
 
 /// A reflected signal is taken for a while.
@@ -26,7 +25,7 @@ class Multipath {
     if (time_s >= until_s_) {
       jump_.setZero();
       if (town && random_.chance(spec_.jumps_per_min / 60.0 / spec_.rate_hz)) {
-        jump_ = normal3(random_, spec_.jump_m, 1.5 * spec_.jump_m);
+        jump_ = level_and_up(random_, spec_.jump_m, 1.5 * spec_.jump_m);
         until_s_ = time_s + random_.uniform(2.0, 12.0);
       }
     }
@@ -47,7 +46,7 @@ evaluation::Trajectory sense_satellites(const Ego& ego, const RigidTransform& T_
                                         std::uint64_t key) {
   world::Random random(world::key(key, {1}));
   Multipath multipath(spec, world::key(key, {2}));
-  Eigen::Vector3d wander = normal3(random, spec.horizontal_m, spec.vertical_m);
+  Eigen::Vector3d wander = level_and_up(random, spec.horizontal_m, spec.vertical_m);
   const double kept = std::exp(-1.0 / (spec.rate_hz * spec.correlation_s));
   const double renewed = std::sqrt(1.0 - kept * kept);
   constexpr double kCourse_mps = 2.0;  // slower, or backing up: the course before
@@ -60,8 +59,8 @@ evaluation::Trajectory sense_satellites(const Ego& ego, const RigidTransform& T_
     const BodyMotion body = ego.trajectory.at(time_s);
     const BodyMotion imu = body.of(T_vehicle_imu);
     const world::Setting setting = route.setting(ego.along_m(time_s));
-    wander = kept * wander + renewed * normal3(random, spec.horizontal_m, spec.vertical_m);
-    const Eigen::Vector3d white = spec.white_m * normal3(random, 1.0, 1.5);
+    wander = kept * wander + renewed * level_and_up(random, spec.horizontal_m, spec.vertical_m);
+    const Eigen::Vector3d white = spec.white_m * level_and_up(random, 1.0, 1.5);
     const Eigen::Vector3d jump = multipath.error(time_s, setting == world::Setting::kTown);
     const double course_error = 0.02 * random.normal();
     if (body.velocity_mps.head<2>().norm() > kCourse_mps || !has_course) {

@@ -4,6 +4,7 @@
 
 #include "topoloc/world/random.hpp"
 
+#include "simulation/normal3.hpp"
 #include "simulation/vibration.hpp"
 
 #include <array>
@@ -14,13 +15,6 @@ namespace topoloc::simulation {
 namespace {
 
 constexpr double kGravity_mps2 = 9.81;
-
-Eigen::Vector3d normal3(world::Random& random) {
-  const double x = random.normal();
-  const double y = random.normal();
-  const double z = random.normal();
-  return {x, y, z};
-}
 
 /// One triad of accelerometers or gyroscopes.
 class Triad {

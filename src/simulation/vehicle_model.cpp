@@ -5,19 +5,14 @@
 #include "topoloc/geometry/so3.hpp"
 #include "topoloc/world/random.hpp"
 
+#include "simulation/normal3.hpp"
+
 #include <cmath>
 
 namespace topoloc::simulation {
 namespace {
 
 constexpr double kDegree_rad = 0.017453292519943295;
-
-Eigen::Vector3d normal3(world::Random& random) {
-  const double x = random.normal();
-  const double y = random.normal();
-  const double z = random.normal();
-  return {x, y, z};
-}
 
 /// Axes of a camera (x right, y down, z forward) in those of a vehicle, looking ahead.
 Eigen::Matrix3d looking_ahead() {

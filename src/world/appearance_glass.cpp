@@ -14,10 +14,10 @@ namespace {
 
 constexpr float kGlassNir = 0.04F;  // a LiDAR's beam goes through or is mirrored away
 
-// Light of lamps on what is behind the glass at night: 190 lx in a room, 1270 in a shop. An
-// irradiance of 1 is 100,000 lx, and things of a shop throw back 20 to 250 cd/m2.
-constexpr float kRoomLight = 0.0019F;
-constexpr float kShopLight = 0.0127F;
+// Light of lamps on what is behind the glass at night. An irradiance of 1 is 100,000 lx; things of
+// a shop then throw back 20 to 200 cd/m2.
+constexpr float kRoomLight = 200.0F / 1e5F;
+constexpr float kShopLight = 1000.0F / 1e5F;
 
 // Share of a spot on the frame of a pane and its bars.
 float frame_share(const Spot& s) {

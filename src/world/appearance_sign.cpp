@@ -163,7 +163,7 @@ Appearance sign(const Spot& s) {
     }
     case 7: {
       const float run = letter(s.u / (0.8F * h) - 0.12F, s.v / (0.8F * h) - 0.12F,
-                               s.footprint / (0.8F * h), 77U);  // the same man runs on all of them
+                               s.footprint / (0.8F * h), 77U);  // the same symbol on all of them
       const float number = lettering((s.u - 0.95F * h) / (0.5F * h), (s.v - 0.25F * h) / (0.5F * h),
                                      s.footprint / (0.5F * h), key, 3);
       Appearance result = painted(0.18F, 0.8F, std::max(run, number), 0.2F, 0.5F);

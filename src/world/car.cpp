@@ -187,14 +187,17 @@ void add_body(MeshBuilder& builder, const Model& model, const Paint& paint) {
   }
 }
 
+// `facing`: 1 ahead, -1 back; it reads from left to right from there.
+void add_plate(MeshBuilder& builder, double x_m, double z_m, double facing, const Paint& paint) {
+  builder.quad(Point(x_m, -0.26 * facing, z_m), Point(0.0, 0.52 * facing, 0.0),
+               Point(0.0, 0.0, 0.11), paint.plate);
+}
+
 void add_details(MeshBuilder& builder, const Model& model, const Paint& paint) {
   const Station& rear = model.stations.front();
   const Station& front = model.stations.back();
-  const auto plate = [&](double x, double z) {
-    builder.quad(Point(x, -0.26, z), Point(0.0, 0.52, 0.0), Point(0.0, 0.0, 0.11), paint.plate);
-  };
-  plate(rear.x_m - 0.012, rear.low_m + 0.12);
-  plate(front.x_m + 0.012, front.low_m + 0.03);
+  add_plate(builder, rear.x_m - 0.012, rear.low_m + 0.12, -1.0, paint);
+  add_plate(builder, front.x_m + 0.012, front.low_m + 0.03, 1.0, paint);
   for (const double sign : {-1.0, 1.0}) {
     // Lamps sit on the corners.
     const Station& behind = model.stations[1];
@@ -266,10 +269,8 @@ void add_lorry(MeshBuilder& builder, const Paint& paint, bool bus) {
     builder.box(Point(front - 0.15, sign * 1.36 - 0.1, 1.7), Point(front, sign * 1.36 + 0.1, 2.2),
                 paint.trim, true);
   }
-  builder.quad(Point(rear - 0.04, -0.26, 0.6), Point(0.0, 0.52, 0.0), Point(0.0, 0.0, 0.11),
-               paint.plate);
-  builder.quad(Point(front + 0.04, -0.26, 0.5), Point(0.0, 0.52, 0.0), Point(0.0, 0.0, 0.11),
-               paint.plate);
+  add_plate(builder, rear - 0.04, 0.6, -1.0, paint);
+  add_plate(builder, front + 0.04, 0.5, 1.0, paint);
 }
 
 }  // namespace

@@ -166,7 +166,10 @@ void add_bend_boards(Maker& maker, const Section& section) {
     builder.set_frame(board);
     const std::uint32_t face = builder.surface(Material::kSign, 611, {1.5F, 0.5F, 6.0F, 1.0F});
     const std::uint32_t pole = builder.surface(Material::kPole, 612, {0.35F});
-    builder.quad(Point(0.0, 0.75, 0.75), Point(0.0, -1.5, 0.0), Point(0.0, 0.0, 0.5), face);
+    // Arrows point along u, the way the road turns.
+    const double along_m = 1.5 * (right ? 1.0 : -1.0);
+    builder.quad(Point(0.0, -0.5 * along_m, 0.75), Point(0.0, along_m, 0.0), Point(0.0, 0.0, 0.5),
+                 face);
     for (const double y : {-0.6, 0.6}) {
       builder.bar(Point(0.04, y, -0.2), Point(0.04, y, 1.3), 0.03, 0.03, 6, pole);
     }

@@ -39,7 +39,9 @@ class MeshBuilder {
   void face(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d,
             std::uint32_t surface);
 
-  /// Parallelogram; uv in metres along its sides, from `uv` at `origin`.
+  /// Parallelogram; uv in metres along its sides, from `uv` at `origin`. Letters on it are to be
+  /// read from the side that `along` x `up` points to in a right-handed frame; they are turned, so
+  /// that they can be read in a mirrored one, too. No other shape does that.
   void quad(const Point& origin, const Point& along, const Point& up, std::uint32_t surface,
             const Uv& uv = Uv::Zero());
   /// Any four corners in turn; uv by the lengths of the sides at the first one.

@@ -41,7 +41,7 @@ void add_portal(Maker& maker, const Section& section, bool entry) {
   const std::uint32_t dark = builder.surface(Material::kPole, random, {0.02F});
   builder.set_frame(maker.upright(s, 0.0));
   const bool tube = maker.profile(s).median_half_m > 0.5;
-  const double end_m = tube ? -0.75 + 0.75 : kHillHalf_m;
+  const double end_m = tube ? 0.0 : kHillHalf_m;
   add_opening(builder, bore, -kHillHalf_m, end_m, concrete);
   if (tube) {  // the other direction's bore, dark
     Bore other;

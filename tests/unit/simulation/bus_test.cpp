@@ -4,9 +4,11 @@
 
 #include "topoloc/can/dbc.hpp"
 #include "topoloc/simulation/imu.hpp"
+#include "topoloc/world/random.hpp"
 
 #include "unit/simulation/toy_road.hpp"
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -57,6 +59,31 @@ TEST(Bus, FramesDecodeToTheSamples) {
   EXPECT_NEAR(value(frames[3], "WHEEL_SPEEDS.REAR_LEFT"), 1.75, 1.01e-3);
   EXPECT_EQ(frames[4].id, 0x100U);
   EXPECT_EQ(value(frames[4], "IMU_ACCEL.ACCEL_COUNTER"), 1.0);
+}
+
+// Steps of 2e-5 rad/s would else let the attitude wander, and the position by centimetres with it.
+TEST(Bus, SumsOfSamplesStayRightToOneStep) {
+  world::Random random(3);
+  std::vector<estimation::ImuSample> imu = standing(6000);
+  for (estimation::ImuSample& sample : imu) {
+    sample.angular_rate_radps.z() += 0.01 * random.normal();
+    sample.specific_force_mps2.x() += random.normal();
+  }
+  const can::Dbc dbc = can::Dbc::parse(dbc_text(), "dbc");
+  const can::SignalCoding& accel_x = dbc.signal("IMU_ACCEL.ACCEL_X").signal->coding;
+  const can::SignalCoding& rate_z = dbc.signal("IMU_RATE.RATE_Z").signal->coding;
+  const auto frames = put_on_bus(imu, {}, kBegin_ns, BusSpec::ideal(), 1);
+  ASSERT_EQ(frames.size(), 2 * imu.size());
+  double accel_mps2 = 0.0;
+  double rate_radps = 0.0;
+  for (std::size_t i = 0; i < imu.size(); ++i) {
+    accel_mps2 +=
+        can::decode(accel_x, frames[2 * i].payload()).value() - imu[i].specific_force_mps2.x();
+    rate_radps +=
+        can::decode(rate_z, frames[2 * i + 1].payload()).value() - imu[i].angular_rate_radps.z();
+    ASSERT_LT(std::abs(accel_mps2), 1.01e-4) << i;
+    ASSERT_LT(std::abs(rate_radps), 1.01e-5) << i;
+  }
 }
 
 TEST(Bus, StampsAreLateByFractionsOfAMillisecondAndInOrder) {
