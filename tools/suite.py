@@ -19,7 +19,6 @@ from pathlib import Path
 from typing import Any
 
 from scenario_suite.figures import (
-    Evidence,
     Hardness,
     Results,
     State,
@@ -180,6 +179,7 @@ def as_json(results: Results, verdicts: list[Verdict], hard: list[Hardness]) -> 
                 "own_drive_times": finite_times(h.own_drive_times),
                 "state": h.evidence,
                 "hard": h.hard,
+                "why": h.why,
             }
             for h in hard
         ],
@@ -206,13 +206,13 @@ def print_summary(results: Results, verdicts: list[Verdict], hard: list[Hardness
     for v in verdicts:
         value = "" if v.value is None else f"{v.value:.4g}, "
         word = v.state.upper() if v.state in (State.MISSED, State.FAILED) else v.state
-        why = "" if v.met or not v.reasons else ": " + "; ".join(v.reasons)
+        word += ", goal missed" if v.met and v.reasons else ""
+        why = ": " + "; ".join(v.reasons) if v.reasons else ""
         print(f"{word:6} {v.target.title}: {value}{v.target.bound}{why}")
     for h in hard:
         if not h.hard:
-            times = "" if h.times is None else f", {h.times:.1f} times {h.target.limit:g}"
-            word = "too easy" if h.evidence is Evidence.EASY else evidence_text(h)
-            print(f"hard enough? {h.target.title}, {h.row.label}: {word}{times}")
+            times = "" if h.times is None else f"{h.times:.1f} times {h.target.limit:g}, "
+            print(f"hard enough? {h.target.title}, {h.row.label}: {times}{evidence_text(h)}")
     print(f"\n{summary(results, verdicts, hard)}")
     if results.plan.choice.short_of_form:
         print(results.plan.choice.short_of_form)

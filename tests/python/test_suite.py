@@ -303,6 +303,21 @@ def test_targets_can_be_missed_and_the_rows_beside_say_why(programs: FakeProgram
     assert "missed" in report(programs)
 
 
+def test_a_missed_goal_and_a_miss_without_rows_beside_have_reasons_too(
+    programs: FakePrograms, capsys: pytest.CaptureFixture[str]
+) -> None:
+    programs.errors(town_1_day=0.4)
+    assert run(programs, "--scenarios", "town", "--only", "day") == 0
+    data = figures(programs)
+    rotation = next(t for t in data["targets"] if t["figure"] == "aper_rad" and t["row"] == "day")
+    assert rotation["met"] and rotation["why"] == [
+        "map or localiser: day_truth, which would tell, is not measured"
+    ]
+    printed = capsys.readouterr().out
+    assert "met, goal missed town day: APEr [rad]: 0.004, at most 0.005: map or loc" in printed
+    assert "MISSED town day: APEt [m]: 0.4, at most 0.15: map or localiser" in printed
+
+
 def test_a_lost_run_misses_its_targets_however_small_its_error(programs: FakePrograms) -> None:
     programs.lost('["town_1_day.tum"]')
     assert run(programs, "--scenarios", "town", "--check") == 1
@@ -422,7 +437,19 @@ def test_a_world_that_the_weak_baseline_copes_with_is_told(programs: FakeProgram
     assert run(programs, "--scenarios", "town", "--check") == 1
     entry = hard_entry(figures(programs), "day_weak")
     assert not entry["hard"] and entry["times"] == pytest.approx(0.2 / 0.15)
-    assert "the world is too easy" in report(programs)
+    why = "APEt is 0.2 m after 0.004 km, with 90 % of the frames used: its matches are good enough"
+    assert entry["why"].startswith(why)
+    assert f"the world is too easy: {why}" in report(programs)
+
+
+def test_dead_reckoning_that_drifts_too_little_is_told_with_its_way(
+    programs: FakePrograms, capsys: pytest.CaptureFixture[str]
+) -> None:
+    programs.errors(town_1_reckoning_long=0.3)
+    assert run(programs, "--scenarios", "town", "--only", "day,reckoning_long", "--check") == 1
+    why = "APEt is 0.3 m after 0.004 km: the IMU and the wheels drift no faster"
+    assert hard_entry(figures(programs), "reckoning_long")["why"] == why
+    assert f"5 km: 2.0 times 0.15, the world is too easy: {why}" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(("coverage", "times"), [(0.9, 0.2 / 0.15), (0.4, "no poses")])
@@ -545,6 +572,9 @@ def test_the_report_is_one_file_with_command_seed_and_map_size_of_every_figure(
         assert anchor in parser.ids
     assert "# seed 1  # map: 900 bytes, 9 nodes" in text
     assert "topoloc-map build --drive drives/town_1_map --cloud" in text
+    tools = Path(suite.__file__).parent
+    assert f"python {tools}/drive_variant.py drives/town_1_map --out" in text
+    assert f"export PATH={programs.folder}:{Path(sys.executable).parent}:$PATH" in text
     assert "--initial-pose=0.8" in text.replace("&#x27;", "") and "source tree " in text
     for name in ("topoloc-simulate", "topoloc-map", "topoloc-localise", "topoloc-evaluate"):
         checksum = hashlib.sha256((programs.folder / name).read_bytes()).hexdigest()

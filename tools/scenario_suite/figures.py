@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from scenario_suite.plan import SETTLED_AFTER_S, Plan, Run
-from scenario_suite.rows import HARD_MIN_USED, HARD_TIMES, NAMES, OWN_DRIVE, Row, Target
+from scenario_suite.rows import HARD_MIN_USED, HARD_TIMES, OWN_DRIVE, Row, Target
 from scenario_suite.steps import Book, Resolve, program_checksums
 
 # A localiser that is farther off does not know where it is, whatever it says; as far off as the
@@ -172,6 +172,7 @@ class Results:
     rows: list[RowFigures]
     maps: dict[str, MapFigures]
     programs: dict[str, str]  # their checksums
+    bins: Path  # where they are
 
     def row(self, scenario: str, name: str) -> RowFigures | None:
         return next((r for r in self.rows if (r.scenario, r.row.name) == (scenario, name)), None)
@@ -214,7 +215,8 @@ def load_results(plan: Plan, folder: Path, book: Book, resolve: Resolve) -> Resu
         if figures_of_map is not None:
             maps[name] = figures_of_map
     programs = program_checksums(plan.steps, resolve)
-    return Results(plan, folder, book, list(rows.values()), maps, programs)
+    bins = Path(resolve("topoloc-evaluate")).parent
+    return Results(plan, folder, book, list(rows.values()), maps, programs, bins)
 
 
 class State(StrEnum):
@@ -287,9 +289,8 @@ def why(results: Results, row: RowFigures, target: Target) -> list[str]:
     beside = None
     if true_map is not None and not target.at_least:
         beside = true_map.median(target.figure)
-    name = NAMES[target.figure].split()[0]
+    name, unit = target.name_and_unit
     if beside is not None:
-        unit = "rad" if "rad" in target.figure else "m"
         nodes = [m.errors["median_position_m"] for m in results.maps_of(row.scenario, "auto")]
         off = f" (nodes off by {statistics.median(nodes):.2f} m in the median)" if nodes else ""
         if beside <= limit < value:
@@ -300,6 +301,8 @@ def why(results: Results, row: RowFigures, target: Target) -> list[str]:
             )
         else:
             reasons.append(f"both: with true node poses {name} is {beside:.3g} {unit}{off}")
+    elif not target.at_least:
+        reasons.append(f"map or localiser: {row.row.name}_truth, which would tell, is not measured")
     if target.figure == "apet_m":
         parts = {part: row.median(f"{part}_m") or 0.0 for part in PARTS}
         reasons.append(f"mostly {max(parts, key=lambda part: parts[part])}")
@@ -338,6 +341,7 @@ class Hardness:
     times: float | None  # as of times_target()
     used: float | None  # share of the frames near the map
     own_drive_times: float | None  # of the same over the target's own drive, which is not judged
+    why: str  # it is too easy
 
     @property
     def hard(self) -> bool:
@@ -350,6 +354,19 @@ def evidence_of(row: RowFigures, times: float | None) -> Evidence:
     if row.row.map is not None and (row.median("used_near_share") or 0.0) < HARD_MIN_USED:
         return Evidence.UNUSED
     return Evidence.HARD if times >= HARD_TIMES else Evidence.EASY
+
+
+def why_easy(row: RowFigures, target: Target) -> str:
+    """What kept a row that is meant to fail so near to a target."""
+    value, way_m = row.median(target.figure), row.median("travelled_m")
+    if value is None or way_m is None:
+        return ""
+    name, unit = target.name_and_unit
+    off = f"{name} is {value:.3g} {unit} after {way_m / 1000.0:.2g} km"
+    if row.row.map is None:
+        return f"{off}: the IMU and the wheels drift no faster"
+    used = 100.0 * (row.median("used_near_share") or 0.0)
+    return f"{off}, with {used:.0f} % of the frames used: its matches are good enough here"
 
 
 def hardness(results: Results, targets: Iterable[Target], rows: Iterable[str]) -> list[Hardness]:
@@ -366,5 +383,7 @@ def hardness(results: Results, targets: Iterable[Target], rows: Iterable[str]) -
             own = OWN_DRIVE.get(name, "").format(query=target.row)
             beside = times_target(results.row(target.scenario, own), target)
             used = row.median("used_near_share")
-            out.append(Hardness(target, row.row, evidence_of(row, times), times, used, beside))
+            evidence = evidence_of(row, times)
+            why_ = why_easy(row, target) if evidence is Evidence.EASY else ""
+            out.append(Hardness(target, row.row, evidence, times, used, beside, why_))
     return out

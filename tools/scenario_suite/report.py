@@ -8,6 +8,7 @@ import os
 import platform
 import shlex
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -71,7 +72,8 @@ def code_version() -> str:
 
 
 def shown(words: tuple[str, ...]) -> str:
-    return shlex.join(words)
+    script = words[0].endswith(".py")
+    return shlex.join(("python", str(ROOT / "tools" / words[0]), *words[1:]) if script else words)
 
 
 def command_of(step: Step, outcome: Outcome | None) -> str:
@@ -224,7 +226,12 @@ def head(results: Results, command: str) -> list[Html]:
     ]
     return [
         paragraph(" \u00b7 ".join(facts), "soft"),
-        element("pre", f"{command}\n# commands below run in the results folder, {results.folder}"),
+        element(
+            "pre",
+            f"{command}\n# the commands below, after:\n{shlex.join(('cd', str(results.folder)))}\n"
+            f"export PATH={shlex.quote(str(results.bins))}:"
+            f"{shlex.quote(str(Path(sys.executable).parent))}:$PATH",
+        ),
     ]
 
 

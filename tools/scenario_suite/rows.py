@@ -146,6 +146,10 @@ class Target:
         return f"{self.scenario} {self.row}: {NAMES[self.figure]}"
 
     @property
+    def name_and_unit(self) -> tuple[str, str]:
+        return NAMES[self.figure].split()[0], "rad" if "rad" in self.figure else "m"
+
+    @property
     def bound(self) -> str:
         return f"at {'least' if self.at_least else 'most'} {self.limit:g}"
 

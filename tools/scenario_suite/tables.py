@@ -105,7 +105,7 @@ def hard_mark(entry: Hardness) -> Html:
 
 def evidence_text(entry: Hardness) -> str:
     if entry.evidence is not Evidence.UNUSED:
-        return entry.evidence
+        return f"{entry.evidence}: {entry.why}" if entry.why else entry.evidence
     return f"{entry.evidence} ({100.0 * (entry.used or 0.0):.0f} %)"
 
 
