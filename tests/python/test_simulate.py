@@ -17,6 +17,10 @@ import numpy as np
 import pytest
 from programs import done, run
 
+from image_check.frames import DriveImages
+
+from image_check.frames import DriveImages
+
 ROOT = Path(__file__).resolve().parents[2]
 BIN = Path(os.environ.get("TOPOLOC_BIN", ROOT / "build/release/bin"))
 SIMULATE = BIN / "topoloc-simulate"
@@ -104,6 +108,27 @@ def test_another_day_is_in_the_same_world(mapping: Path, another_day: Path) -> N
     gaps = np.array([np.linalg.norm(way - p, axis=1).min() for p in other])
     assert gaps.mean() > 0.01
     assert gaps.max() < 1.0
+
+
+@pytest.mark.parametrize(
+    ("scenario", "light"), [("highway", "overcast"), ("tunnel", "night"), ("mixed", "night")]
+)
+def test_every_road_and_light_gives_images_that_show_something(
+    scenario: str, light: str, tmp_path: Path
+) -> None:
+    drive = tmp_path / "drive"
+    figures = summary("--scenario", scenario, "--light", light, "--seed", SEED, "--length-km",
+                      "0.1", "--slip", "--readout-ms", "20", "--no-cloud", "--out", drive,
+                      "--camera-hz", "1", "--image-width", "160")  # fmt: skip
+    log = DriveImages(drive)
+    frames = log.frames(set(range(len(log.cameras))))
+    images = [frame.image[log.mask] for _, frame in sorted(frames.items())]
+    assert figures["light"] == light and len(images) > 5
+    for image in images:
+        assert 30 < image.mean() < 200 and image.std() > 10
+    # It stands for three seconds, then drives.
+    still = np.abs(images[1] - images[0]).mean()
+    assert np.abs(images[-1] - images[0]).mean() > 1.5 * still
 
 
 def test_dead_reckoning_accepts_the_folder(another_day: Path, tmp_path: Path) -> None:
