@@ -19,8 +19,6 @@ from programs import done, run
 
 from image_check.frames import DriveImages
 
-from image_check.frames import DriveImages
-
 ROOT = Path(__file__).resolve().parents[2]
 BIN = Path(os.environ.get("TOPOLOC_BIN", ROOT / "build/release/bin"))
 SIMULATE = BIN / "topoloc-simulate"
