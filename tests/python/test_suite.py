@@ -345,18 +345,29 @@ def test_a_baseline_that_refused_its_frames_is_no_evidence_of_a_hard_world(
     programs: FakePrograms, capsys: pytest.CaptureFixture[str]
 ) -> None:
     programs.used(town_1_day_weak=0)
+    programs.errors(town_1_day_weak=1.1)  # the start's 1 m and, over 4 m of way, 3 degrees
     assert run(programs, "--scenarios", "town", "--only", "day,day_weak", "--check") == 1
     entry = hard_entry(figures(programs), "day_weak")
-    assert not entry["hard"] and entry["times"] == pytest.approx(4.0 / 0.15)
+    assert not entry["hard"] and entry["times"] == pytest.approx(1.1 / 0.15)
     told = "does not count: too few of its frames used near the map (0 %)"
     assert told in report(programs) and told in capsys.readouterr().out
     assert "too easy" not in report(programs)
+
+
+def test_a_baseline_that_few_fixes_threw_farther_off_than_its_start_is_evidence(
+    programs: FakePrograms,
+) -> None:
+    programs.used(town_1_day_weak=1)
+    programs.errors(town_1_day_weak=6.0)
+    assert run(programs, "--scenarios", "town", "--only", "day,day_weak", "--check") == 0
+    assert hard_entry(figures(programs), "day_weak")["hard"]
 
 
 def test_a_baseline_that_its_matches_threw_out_of_the_map_is_evidence(
     programs: FakePrograms,
 ) -> None:
     programs.used(town_1_day_weak=1)
+    programs.errors(town_1_day_weak=1.1)
     programs.astray(town_1_day_weak=9)
     assert run(programs, "--scenarios", "town", "--only", "day,day_weak", "--check") == 0
     assert hard_entry(figures(programs), "day_weak")["hard"]

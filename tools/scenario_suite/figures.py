@@ -14,6 +14,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from demo_start import INITIAL_ERROR_M, INITIAL_YAW_ERROR_DEG
 from scenario_suite.plan import SETTLED_AFTER_S, Plan, Run
 from scenario_suite.rows import HARD_MIN_USED, HARD_TIMES, OWN_DRIVE, Row, Target
 from scenario_suite.steps import Book, Resolve, program_checksums
@@ -348,10 +349,27 @@ class Hardness:
         return self.evidence is Evidence.HARD
 
 
-def evidence_of(row: RowFigures, times: float | None) -> Evidence:
+def start_error(target: Target, way_m: float) -> float:
+    """What the wrong start alone makes of a figure along the way, at most."""
+    turned_rad = math.radians(INITIAL_YAW_ERROR_DEG)
+    return (
+        turned_rad if "rad" in target.figure else math.hypot(*INITIAL_ERROR_M) + turned_rad * way_m
+    )
+
+
+def refused_its_frames(row: RowFigures, target: Target) -> bool:
+    """Whether the error may be that of the start. Larger ones were made by wrong fixes: they may
+    have thrown the row out of the map's reach at once, and few of its frames are used then."""
+    value, way_m = row.median(target.figure), row.median("travelled_m")
+    if row.row.map is None or (row.median("used_near_share") or 0.0) >= HARD_MIN_USED:
+        return False
+    return value is None or way_m is None or value <= start_error(target, way_m)
+
+
+def evidence_of(row: RowFigures, target: Target, times: float | None) -> Evidence:
     if times is None:
         return Evidence.FAILED if row.failed else Evidence.NOT_MEASURED
-    if row.row.map is not None and (row.median("used_near_share") or 0.0) < HARD_MIN_USED:
+    if refused_its_frames(row, target):
         return Evidence.UNUSED
     return Evidence.HARD if times >= HARD_TIMES else Evidence.EASY
 
@@ -383,7 +401,7 @@ def hardness(results: Results, targets: Iterable[Target], rows: Iterable[str]) -
             own = OWN_DRIVE.get(name, "").format(query=target.row)
             beside = times_target(results.row(target.scenario, own), target)
             used = row.median("used_near_share")
-            evidence = evidence_of(row, times)
+            evidence = evidence_of(row, target, times)
             why_ = why_easy(row, target) if evidence is Evidence.EASY else ""
             out.append(Hardness(target, row.row, evidence, times, used, beside, why_))
     return out

@@ -285,7 +285,8 @@ def suite_report(
             paragraph(
                 f"What is known to be weak has to miss each target by {HARD_TIMES:g} times. A row "
                 f"with a map counts only if it used {100.0 * HARD_MIN_USED:g} % of the frames near "
-                "the map's nodes: of a row that refuses them the error is that of its start."
+                "the map's nodes, or is farther off than the 1 m and 3 degrees of its start "
+                "explain: of a row that refuses its frames the error is that of the start."
             ),
             hardness_table(hard),
         ]

@@ -187,7 +187,8 @@ HARD_ROWS = ("{query}_weak", "reckoning_long")
 OWN_DRIVE = {"reckoning_long": "{query}_reckoning"}
 # A row with a map says something only if it used its frames: the error of one that refuses them all
 # is that of its start. Of the frames near a node: wrong matches may soon have thrown it out of the
-# map, and the longer the drive, the smaller is their share then.
+# map, and the longer the drive, the smaller is their share then. One that is farther off than its
+# start and the way explain counts all the same.
 HARD_MIN_USED = 0.5
 
 # One short drive of each scenario, whose figures are the same on every run: some 2.5 times what was
