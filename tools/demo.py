@@ -106,6 +106,8 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=ROOT / "demo", help="default: demo/")
     parser.add_argument("--every-metres", type=float, default=5.0, help="node spacing (default 5)")
     arguments = parser.parse_args()
+    if not 0.1 <= arguments.every_metres <= 1000.0:
+        parser.error(f"--every-metres: {arguments.every_metres:g}: expected 0.1 to 1000")
     if arguments.drive is None:
         return simulated_demo.run(
             arguments.out.resolve() / "simulated", BIN, arguments.every_metres

@@ -59,6 +59,10 @@ def run(out: Path, bins: Path, every_metres: float = 5.0, metres: float = METRES
         return 130
     results = load_results(plan, out, book, resolve)
     print("\n" + demo_table(results))
+    print(
+        "\nMean errors of position and rotation, along and across the way, the largest; after the"
+        "\nfirst 2 s. LOST: more than 5 m off, or the filter says so. docs/evaluation.md has more."
+    )
     report = out / "report.html"
     report.write_text(demo_report(results, "make demo"))
     print(f"\nreport: {report}")

@@ -15,6 +15,7 @@ import os
 import shlex
 import sys
 from collections.abc import Sequence
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +35,7 @@ from scenario_suite.rows import (
     REDUCED_HARD_ROWS,
     REDUCED_HARD_TARGETS,
     REDUCED_TARGETS,
+    ROWS,
     TARGETS,
 )
 from scenario_suite.steps import (
@@ -81,17 +83,18 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument(
         "--seeds", type=seed_list, default=default.seeds, metavar="LIST", help="of worlds [1,2]"
     )
-    parser.add_argument("--metres", type=float, default=default.metres, help="of each drive [500]")
-    parser.add_argument(
-        "--camera-hz", type=float, default=default.camera_hz, help="images a second [5]"
-    )
+    parser.add_argument("--metres", type=float, help="of each drive [500]")
+    parser.add_argument("--camera-hz", type=float, help="images a second [5]")
     parser.add_argument(
         "--only",
         default="",
         metavar="NAMES",
         help="only these rows, with commas; * stands for anything",
     )
-    parser.add_argument("--reduced", action="store_true", help="a few rows of short drives")
+    parser.add_argument(
+        "--reduced", action="store_true",
+        help="a few rows of short drives, with a length and rate of their own, of the first seed",
+    )  # fmt: skip
     parser.add_argument(
         "--check", action="store_true",
         help="exit 1 for a missed target, a lost run or a world too easy",
@@ -108,13 +111,21 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     args = parser.parse_args(arguments)
     unknown = set(args.scenarios) - {"town", "highway", "tunnel", "mixed"}
     if unknown or not args.scenarios:
-        parser.error(f"--scenarios: {', '.join(sorted(unknown)) or 'none given'}")
+        found = ", ".join(sorted(unknown)) or "none given"
+        parser.error(f"--scenarios: {found}: expected town, highway, tunnel, mixed")
+    for name in word_list(args.only):
+        if not any(fnmatchcase(row.name, name) for row in ROWS):
+            parser.error(f"--only: no row is named '{name}' (see --list)")
+    if args.reduced and (args.metres is not None or args.camera_hz is not None):
+        parser.error("--reduced has --metres and --camera-hz of its own")
+    args.metres = default.metres if args.metres is None else args.metres
+    args.camera_hz = default.camera_hz if args.camera_hz is None else args.camera_hz
     if not args.seeds or min(args.seeds) < 0 or max(args.seeds) > 99:
         parser.error("--seeds: give numbers from 0 to 99")
     if not 50.0 <= args.metres <= 50000.0:
-        parser.error("--metres: 50 to 50000")
+        parser.error(f"--metres: {args.metres:g}: expected 50 to 50000")
     if not 1.0 <= args.camera_hz <= 60.0:
-        parser.error("--camera-hz: 1 to 60")
+        parser.error(f"--camera-hz: {args.camera_hz:g}: expected 1 to 60")
     if args.jobs < 1:
         parser.error("--jobs: at least 1")
     return args
@@ -218,6 +229,24 @@ def print_summary(results: Results, verdicts: list[Verdict], hard: list[Hardness
         print(results.plan.choice.short_of_form)
 
 
+def cannot_begin(args: argparse.Namespace, out: Path, report: Path) -> str:
+    """What would fail only after the work: programs, and places to write to. Makes the folder."""
+    if not (args.bins / "topoloc-simulate").is_file():
+        return f"{args.bins}: no topoloc-simulate there (--bins)"
+    if args.list:
+        return ""
+    if args.report_only and not (out / "steps").is_dir():
+        return f"{out}: no results there (--out)"
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        return f"{out}: {error.strerror}"
+    for file in [report, *([args.json] if args.json else [])]:
+        if not file.parent.is_dir() or not os.access(file.parent, os.W_OK) or file.is_dir():
+            return f"{file}: cannot be written"
+    return ""
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     args = parse(words)
@@ -230,7 +259,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     plan = make_plan(choice)
     if not plan.runs:
         print(
-            f"topoloc-evaluate suite: no row is named '{args.only}' (see --list)", file=sys.stderr
+            "topoloc-evaluate suite: none of these rows is there for these scenarios"
+            f"{' in the reduced form' if args.reduced else ''} (see --list)",
+            file=sys.stderr,
         )
         return 2
     targets = REDUCED_TARGETS if args.reduced else TARGETS
@@ -239,7 +270,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("topoloc-evaluate suite: --check: none of these rows has a target", file=sys.stderr)
         return 2
     out = (args.out or ROOT / "demo" / ("suite-reduced" if args.reduced else "suite")).resolve()
-    out.mkdir(parents=True, exist_ok=True)
+    report = args.report or out / "report.html"
+    problem = cannot_begin(args, out, report)
+    if problem:
+        print(f"topoloc-evaluate suite: {problem}", file=sys.stderr)
+        return 1
     resolve = program_finder(args.bins.resolve(), ROOT / "tools", sys.executable)
     book = Book(out)
 
@@ -271,7 +306,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         else hardness(results, TARGETS, HARD_ROWS)
     )
     print_summary(results, verdicts, hard)
-    report = args.report or out / "report.html"
     report.write_text(
         suite_report(results, verdicts, hard, shlex.join(["topoloc-evaluate", "suite", *words]))
     )

@@ -7,12 +7,12 @@
 
 namespace topoloc::apps {
 
-/// Set by SIGINT and SIGTERM once stop_on_signals() was called.
+/// Set by SIGINT, SIGTERM and SIGHUP (a closed terminal) once stop_on_signals() was called.
 inline std::atomic<bool> stop_requested{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "set by a signal handler");
 
 inline void stop_on_signals() {
-  for (const int number : {SIGINT, SIGTERM}) {
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
     std::signal(number, [](int) { stop_requested = true; });
   }
 }

@@ -266,9 +266,9 @@ def test_a_failed_step_is_reported_and_does_not_stop_the_rest(programs: FakeProg
 
 
 def test_a_missing_program_is_a_failed_step_too(programs: FakePrograms) -> None:
-    (programs.folder / "topoloc-simulate").unlink()
+    (programs.folder / "topoloc-evaluate").unlink()
     assert run(programs, "--scenarios", "town", "--only", "*gnss") == 1
-    assert "topoloc-simulate" in report(programs)
+    assert "topoloc-evaluate" in report(programs)
 
 
 def in_state(programs: FakePrograms, state: str) -> list[tuple[str, str, str]]:
@@ -395,6 +395,7 @@ def test_a_world_is_judged_by_the_targets_of_this_run_only(programs: FakeProgram
 def test_what_was_not_run_is_not_measured_and_neither_failed_nor_missed(
     programs: FakePrograms, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    assert run(programs, "--scenarios", "highway", "--only", "day_gnss") == 0
     words = ("--scenarios", "town", "--only", "day,day_weak", "--report-only")
     assert run(programs, *words) == 0
     assert run(programs, *words, "--check") == 1
@@ -598,15 +599,40 @@ def test_the_report_is_one_file_with_command_seed_and_map_size_of_every_figure(
 
 
 def test_wrong_usage_and_list(programs: FakePrograms, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(programs, "--only", "no such row") == 2
-    for words in (["--scenarios", "moon"], ["--seeds", "-1"], ["--metres", "3"], ["--jobs", "0"]):
+    for words, says in (
+        (["--scenarios", "moon"], "moon: expected town, highway"),
+        (["--seeds", "-1"], "0 to 99"),
+        (["--metres", "3"], "3: expected 50 to"),
+        (["--jobs", "0"], "at least 1"),
+        (["--only", "day,dya"], "no row is named 'dya'"),
+        (["--reduced", "--metres", "300"], "of its own"),
+    ):
         with pytest.raises(SystemExit) as error:
             suite.main(words)
-        assert error.value.code == 2
-    capsys.readouterr()
+        assert error.value.code == 2 and says in capsys.readouterr().err
+    assert run(programs, "--reduced", "--scenarios", "mixed") == 2
+    assert "in the reduced form" in capsys.readouterr().err
     assert run(programs, "--list", "--scenarios", "town") == 0
     listed = capsys.readouterr().out
     assert "to do map_town_1_auto:" in listed and programs.calls() == []
+    assert not (programs.folder.parent / "out").exists()
+
+
+def test_what_would_fail_after_the_work_is_told_before_it(
+    programs: FakePrograms, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "file"
+    file.write_text("")
+    for words in (
+        ("--out", str(file)),
+        ("--json", str(tmp_path / "no/such.json")),
+        ("--report", str(tmp_path)),
+        ("--bins", str(tmp_path)),
+        ("--report-only", "--out", str(tmp_path / "empty")),
+    ):
+        assert run(programs, *words) == 1
+        assert str(tmp_path) in capsys.readouterr().err
+    assert programs.calls() == []
 
 
 def test_topoloc_evaluate_suite_is_this_tool_with_its_exit_code(tmp_path: Path) -> None:

@@ -228,12 +228,13 @@ def last_lines(path: Path, count: int = 12) -> str:
 
 
 def stop_like_interrupt() -> None:
-    """SIGTERM ends this process as Ctrl-C does."""
+    """SIGTERM, and SIGHUP of a closed terminal, end this process as Ctrl-C does."""
 
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    signal.signal(signal.SIGTERM, interrupt)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, interrupt)
 
 
 @contextmanager
@@ -336,7 +337,8 @@ class Runner:
 
 
 def program_finder(bins: Path, tools: Path, python: str) -> Resolve:
-    """Programs by their names: topoloc-* in `bins`, scripts in tools/, others in the PATH."""
+    """Programs by their names: topoloc-* in `bins` and nowhere else, scripts in tools/, others in
+    the PATH."""
 
     def resolve(name: str) -> str:
         for folder in (bins, tools):
@@ -344,6 +346,8 @@ def program_finder(bins: Path, tools: Path, python: str) -> Resolve:
                 return str(folder / name)
         if name == "python":
             return python
+        if name.startswith("topoloc-"):
+            return str(bins / name)  # of another build in the PATH the results would be others
         return shutil.which(name, path=os.environ.get("PATH")) or str(bins / name)
 
     return resolve
