@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import signal
 import subprocess
 import time
 from pathlib import Path
@@ -161,6 +162,34 @@ def test_without_images_and_cloud_the_motion_is_the_same(mapping: Path, tmp_path
     for file in ("can.log", "ground_truth.tum", "prior.tum", "gnss.tum"):
         assert (drive / file).read_bytes() == (mapping / file).read_bytes(), file
     assert "survey" not in json.loads((drive / "scenario.json").read_text())
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_stopped_program_leaves_nothing(number: signal.Signals, tmp_path: Path) -> None:
+    drive = tmp_path / "drive"
+    command: list[str | Path] = [SIMULATE, "--scenario", "town", "--no-cloud", "--out", drive]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
+        assert process.stderr is not None
+        while b"images" not in process.stderr.readline():
+            assert process.poll() is None
+        assert list(tmp_path.iterdir()) != []
+        process.send_signal(number)
+        process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_nohup_is_respected(tmp_path: Path) -> None:
+    command: list[str | Path] = [SIMULATE, "--scenario", "town", "--length-km", "0.05", *SMALL]
+    command += ["--no-cloud", "--out", tmp_path / "drive"]
+    with subprocess.Popen(["nohup", *command], stdout=subprocess.DEVNULL,
+                          stderr=subprocess.PIPE) as process:  # fmt: skip
+        assert process.stderr is not None
+        while b"images" not in process.stderr.readline():
+            assert process.poll() is None
+        process.send_signal(signal.SIGHUP)
+        process.communicate(timeout=300)
+    assert process.returncode == 0 and (tmp_path / "drive/camera.lcm").is_file()
 
 
 def test_existing_folders_are_replaced_only_by_force(another_day: Path, tmp_path: Path) -> None:
