@@ -39,8 +39,9 @@ class ProgressBar {
     const double elapsed_s =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
     const std::string left =
-        permille > 0 ? fmt::format("{:.0f} s left", elapsed_s * (kDone - permille) / permille)
-                     : std::string("starting");
+        permille == kDone || (permille > 0 && elapsed_s > kTells_s)
+            ? fmt::format("{:.0f} s left", elapsed_s * (kDone - permille) / permille)
+            : std::string("starting");
     if (on_terminal_) {
       constexpr int kWidth = 40;
       const int filled = permille * kWidth / kDone;
@@ -54,6 +55,7 @@ class ProgressBar {
 
  private:
   static constexpr int kDone = 1000;
+  static constexpr double kTells_s = 0.5;  ///< before, the time so far says nothing
 
   std::string label_;
   bool on_terminal_;

@@ -109,8 +109,9 @@ void print_summary(const Options& options, const BuildReport& report) {
              report.mean_depth_std_m);
   fmt::print("frames: {} usable, {} of the other parity, {} without a pose", report.frames,
              report.selection.frames_of_other_parity, report.selection.frames_without_pose);
-  fmt::print("{}\n",
-             report.keyframes > 0 ? fmt::format(": {} keyframes have one", report.keyframes) : "");
+  fmt::print("{}\n", report.keyframes > 0
+                         ? fmt::format(": poses are found for {} keyframes only", report.keyframes)
+                         : "");
   for (const auto& [reason, count] : report.frames_rejected) {
     fmt::print("frames rejected, {}: {}\n", reason, count);
   }

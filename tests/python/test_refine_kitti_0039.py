@@ -45,7 +45,8 @@ def refined(table: Table, summary: str) -> dict[str, Any]:
 
 def test_the_summary_tells_which_frames_have_a_pose(summary: str) -> None:
     told = re.search(
-        r"frames: (\d+) usable, 0 of the other parity, (\d+) without a pose: (\d+) keyframes have",
+        r"frames: (\d+) usable, 0 of the other parity, (\d+) without a pose: "
+        r"poses are found for (\d+) keyframes",
         summary,
     )
     assert told, summary
