@@ -292,8 +292,11 @@ def why(results: Results, row: RowFigures, target: Target) -> list[str]:
         beside = true_map.median(target.figure)
     name, unit = target.name_and_unit
     if beside is not None:
-        nodes = [m.errors["median_position_m"] for m in results.maps_of(row.scenario, "auto")]
-        off = f" (nodes off by {statistics.median(nodes):.2f} m in the median)" if nodes else ""
+        error = f"median_{'rotation' if unit == 'rad' else 'position'}_{unit}"
+        nodes = [m.errors[error] for m in results.maps_of(row.scenario, "auto")]
+        off = (
+            f" (nodes off by {statistics.median(nodes):.2g} {unit} in the median)" if nodes else ""
+        )
         if beside <= limit < value:
             reasons.append(f"map error: with true node poses {name} is {beside:.3g} {unit}{off}")
         elif beside > 0.7 * value:
