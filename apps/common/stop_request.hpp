@@ -14,7 +14,7 @@ static_assert(std::atomic<bool>::is_always_lock_free, "set by a signal handler")
 inline void stop_on_signals() {
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
     const auto before = std::signal(number, [](int) { stop_requested = true; });
-    if (before == SIG_IGN) {  // nohup
+    if (number == SIGHUP && before == SIG_IGN) {  // nohup
       std::signal(number, SIG_IGN);
     }
   }

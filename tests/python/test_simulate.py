@@ -164,32 +164,37 @@ def test_without_images_and_cloud_the_motion_is_the_same(mapping: Path, tmp_path
     assert "survey" not in json.loads((drive / "scenario.json").read_text())
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_stopped_program_leaves_nothing(number: signal.Signals, tmp_path: Path) -> None:
-    drive = tmp_path / "drive"
-    command: list[str | Path] = [SIMULATE, "--scenario", "town", "--no-cloud", "--out", drive]
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
+def stopped_while_it_renders(number: signal.Signals, *command: str | Path, ignored: bool) -> int:
+    """Exit code of a program that gets a signal, which it may have been started to ignore."""
+    handler = signal.SIG_IGN if ignored else signal.SIG_DFL
+    process = subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+        preexec_fn=lambda: signal.signal(number, handler),
+    )  # fmt: skip
+    try:
         assert process.stderr is not None
         while b"images" not in process.stderr.readline():
             assert process.poll() is None
-        assert list(tmp_path.iterdir()) != []
         process.send_signal(number)
-        process.communicate(timeout=60)
-    assert process.returncode == 1
+        process.communicate(timeout=300 if ignored else 60)
+    finally:
+        process.kill()
+        process.wait()
+    return process.returncode
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_stopped_program_leaves_nothing(number: signal.Signals, tmp_path: Path) -> None:
+    command = (SIMULATE, "--scenario", "town", "--no-cloud", "--out", tmp_path / "drive")
+    assert stopped_while_it_renders(number, *command, ignored=False) == 1
     assert list(tmp_path.iterdir()) == []
 
 
-def test_nohup_is_respected(tmp_path: Path) -> None:
-    command: list[str | Path] = [SIMULATE, "--scenario", "town", "--length-km", "0.05", *SMALL]
-    command += ["--no-cloud", "--out", tmp_path / "drive"]
-    with subprocess.Popen(["nohup", *command], stdout=subprocess.DEVNULL,
-                          stderr=subprocess.PIPE) as process:  # fmt: skip
-        assert process.stderr is not None
-        while b"images" not in process.stderr.readline():
-            assert process.poll() is None
-        process.send_signal(signal.SIGHUP)
-        process.communicate(timeout=300)
-    assert process.returncode == 0 and (tmp_path / "drive/camera.lcm").is_file()
+def test_what_nohup_lets_it_ignore_does_not_stop_it(tmp_path: Path) -> None:
+    command = (SIMULATE, "--scenario", "town", "--length-km", "0.05", *SMALL, "--no-cloud")
+    drive = tmp_path / "drive"
+    assert stopped_while_it_renders(signal.SIGHUP, *command, "--out", drive, ignored=True) == 0
+    assert (drive / "camera.lcm").is_file()
 
 
 def test_existing_folders_are_replaced_only_by_force(another_day: Path, tmp_path: Path) -> None:
