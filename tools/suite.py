@@ -87,7 +87,8 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--camera-hz", type=float, help="images a second [5]")
     parser.add_argument(
         "--only",
-        default="",
+        type=word_list,
+        default=default.only,
         metavar="NAMES",
         help="only these rows, with commas; * stands for anything",
     )
@@ -113,7 +114,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     if unknown or not args.scenarios:
         found = ", ".join(sorted(unknown)) or "none given"
         parser.error(f"--scenarios: {found}: expected town, highway, tunnel, mixed")
-    for name in word_list(args.only):
+    for name in args.only:
         if not any(fnmatchcase(row.name, name) for row in ROWS):
             parser.error(f"--only: no row is named '{name}' (see --list)")
     if args.reduced and (args.metres is not None or args.camera_hz is not None):

@@ -12,11 +12,11 @@ inline std::atomic<bool> stop_requested{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "set by a signal handler");
 
 inline void stop_on_signals() {
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
-    const auto before = std::signal(number, [](int) { stop_requested = true; });
-    if (number == SIGHUP && before == SIG_IGN) {  // nohup
-      std::signal(number, SIG_IGN);
-    }
+  const auto stop = [](int) { stop_requested = true; };
+  std::signal(SIGINT, stop);
+  std::signal(SIGTERM, stop);
+  if (std::signal(SIGHUP, stop) == SIG_IGN) {  // nohup
+    std::signal(SIGHUP, SIG_IGN);
   }
 }
 

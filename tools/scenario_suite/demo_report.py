@@ -11,13 +11,22 @@ from scenario_suite.page import (
     Table,
     drawing,
     element,
+    items,
     page,
     paragraph,
     picture,
     side_by_side,
 )
 from scenario_suite.plan import Run
-from scenario_suite.report import commands, curves, failures, head, node_plots, nodes_of
+from scenario_suite.report import (
+    READING,
+    commands,
+    curves,
+    failures,
+    head,
+    node_plots,
+    nodes_of,
+)
 from scenario_suite.tables import node_table, number, scenario_table
 
 STAGES = ("undistort", "extract", "select", "match", "outliers")
@@ -91,13 +100,7 @@ def demo_report(results: Results, command: str) -> str:
             "1 m and 3 degrees."
         ),
         scenario_table(results, scenario),
-        paragraph(
-            "APEt, APEr: mean errors of position and rotation; lon, lat: of it along and across "
-            "the way; all against the truth, after the first 2 s. Lost: more than 5 m off once, or "
-            "the filter says so (low-cost GNSS is no localiser and never called lost). Used: share "
-            "of the frames that corrected the pose.",
-            "soft",
-        ),
+        items(READING),
     ]
     if found:
         parts += [

@@ -355,9 +355,8 @@ class Hardness:
 def start_error(target: Target, way_m: float) -> float:
     """What the wrong start alone makes of a figure along the way, at most."""
     turned_rad = math.radians(INITIAL_YAW_ERROR_DEG)
-    return (
-        turned_rad if "rad" in target.figure else math.hypot(*INITIAL_ERROR_M) + turned_rad * way_m
-    )
+    _, unit = target.name_and_unit
+    return turned_rad if unit == "rad" else math.hypot(*INITIAL_ERROR_M) + turned_rad * way_m
 
 
 def refused_its_frames(row: RowFigures, target: Target) -> bool:
@@ -405,6 +404,6 @@ def hardness(results: Results, targets: Iterable[Target], rows: Iterable[str]) -
             beside = times_target(results.row(target.scenario, own), target)
             used = row.median("used_near_share")
             evidence = evidence_of(row, target, times)
-            why_ = why_easy(row, target) if evidence is Evidence.EASY else ""
-            out.append(Hardness(target, row.row, evidence, times, used, beside, why_))
+            reason = why_easy(row, target) if evidence is Evidence.EASY else ""
+            out.append(Hardness(target, row.row, evidence, times, used, beside, reason))
     return out

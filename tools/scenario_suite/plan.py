@@ -41,7 +41,7 @@ class Choice:
     scenarios: tuple[str, ...] = ("town", "highway", "tunnel")
     seeds: tuple[int, ...] = tuple(range(1, FORM_SEEDS + 1))
     metres: float = FORM_M
-    only: str = ""
+    only: tuple[str, ...] = ()  # names of rows and patterns; none: all
     reduced: bool = False
     models: Path = Path()  # folder of the model files
     camera_hz: float = 5.0
@@ -121,8 +121,7 @@ def row_is_chosen(scenario: str, row: Row, choice: Choice) -> bool:
         return False
     if any(not (choice.models / name).is_file() for name in row.models):
         return False
-    patterns = choice.only.split(",") if choice.only else ["*"]
-    return any(fnmatchcase(row.name, pattern.strip()) for pattern in patterns)
+    return any(fnmatchcase(row.name, pattern) for pattern in choice.only or ("*",))
 
 
 class Planner:

@@ -233,10 +233,9 @@ def stop_like_interrupt() -> None:
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    for number in (signal.SIGTERM, signal.SIGHUP):
-        nohup = number == signal.SIGHUP and signal.getsignal(number) is signal.SIG_IGN
-        if not nohup:
-            signal.signal(number, interrupt)
+    signal.signal(signal.SIGTERM, interrupt)
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # else nohup
+        signal.signal(signal.SIGHUP, interrupt)
 
 
 @contextmanager
