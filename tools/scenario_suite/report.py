@@ -49,8 +49,8 @@ READING = [
     "All errors are against the simulator's truth, never aligned, from 2 s on; the start is wrong "
     "by 1 m and 3 degrees (dead reckoning starts from the true pose). APEt and APEr are means of "
     "position and rotation errors, lon and lat of absolute errors along and across the true "
-    "heading, signed: + ahead, + left. The heights of low-cost GNSS are noisy and part of its APEt: "
-    "compare it by the horizontal maximum, lon and lat, too.",
+    "heading, signed: + ahead, + left. The heights of low-cost GNSS are noisy and part of its "
+    "APEt: compare it by the horizontal maximum, lon and lat, too.",
     "Maps are built from the mapping drive's prior.tum (wrong by 0.3 m and 1 degree); other days' "
     "drives have other traffic, parked cars, place in the lane, noise and light. Where a row has "
     "true node poses, what is left is the localiser's own error.",
