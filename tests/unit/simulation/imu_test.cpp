@@ -30,23 +30,22 @@ const RigidTransform& mounting() {
   return T;
 }
 
-/// As the estimator does it: the mean of two neighbours holds between them.
-estimation::NominalState integrated(const std::vector<ImuSample>& samples, std::size_t from,
-                                    std::size_t to, const BodyMotion& begin) {
+estimation::NominalState state_of(const BodyMotion& motion) {
   estimation::NominalState x;
-  x.R_world_imu = begin.T_world_body.R;
-  x.p_world_imu = begin.T_world_body.p;
-  x.v_world_imu = begin.velocity_mps;
+  x.R_world_imu = motion.T_world_body.R;
+  x.p_world_imu = motion.T_world_body.p;
+  x.v_world_imu = motion.velocity_mps;
   x.gravity_mps2 = {0.0, 0.0, -9.81};
-  for (std::size_t i = from; i < to; ++i) {
-    const ImuSample& a = samples[i];
-    const ImuSample& b = samples[i + 1];
-    const estimation::InertialInput u{
-        .specific_force_mps2 = 0.5 * (a.specific_force_mps2 + b.specific_force_mps2),
-        .angular_rate_radps = 0.5 * (a.angular_rate_radps + b.angular_rate_radps)};
-    x = propagate_state(x, u, static_cast<double>(b.time_ns - a.time_ns) * 1e-9);
-  }
   return x;
+}
+
+/// As the estimator does it: the mean of two neighbours holds between them.
+estimation::NominalState stepped(const estimation::NominalState& x, const ImuSample& a,
+                                 const ImuSample& b) {
+  const estimation::InertialInput u{
+      .specific_force_mps2 = 0.5 * (a.specific_force_mps2 + b.specific_force_mps2),
+      .angular_rate_radps = 0.5 * (a.angular_rate_radps + b.angular_rate_radps)};
+  return propagate_state(x, u, static_cast<double>(b.time_ns - a.time_ns) * 1e-9);
 }
 
 /// Samples as a receiver reads them off the bus.
@@ -78,12 +77,12 @@ struct Drift {
 };
 
 Drift drift_of(const std::vector<ImuSample>& samples, const Ego& ego) {
-  constexpr std::size_t kEvery = 100;
   constexpr std::size_t kEnd = 6000;
   Drift drift;
-  for (std::size_t to = kEvery; to <= kEnd; to += kEvery) {
-    const auto x = integrated(samples, 0, to, ego.trajectory.at(0.0).of(mounting()));
-    const BodyMotion truth = ego.trajectory.at(0.01 * static_cast<double>(to)).of(mounting());
+  estimation::NominalState x = state_of(ego.trajectory.at(0.0).of(mounting()));
+  for (std::size_t i = 0; i < kEnd; ++i) {
+    x = stepped(x, samples[i], samples[i + 1]);
+    const BodyMotion truth = ego.trajectory.at(0.01 * static_cast<double>(i + 1)).of(mounting());
     const auto rotation = so3::log(truth.T_world_body.R.transpose() * x.R_world_imu);
     drift.position_m = std::max(drift.position_m, (x.p_world_imu - truth.T_world_body.p).norm());
     drift.velocity_mps = std::max(drift.velocity_mps, (x.v_world_imu - truth.velocity_mps).norm());
